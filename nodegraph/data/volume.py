@@ -1,0 +1,242 @@
+"""Scalar and vector fields on regular grids, and label fields."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping as MappingType
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nodegraph.data.buffer import Array, Buffer, as_buffer
+from nodegraph.data.space import Matrix, centred, check_affine, invert, transform_points
+from nodegraph.data.value import Parts, Value
+from nodegraph.errors import PortError
+
+SLAB_BYTES = 1 << 22
+
+
+class Mapping(NamedTuple):
+    """How stored numbers become real ones: ``real = stored * scale + offset``, in ``unit``."""
+
+    scale: float = 1.0
+    offset: float = 0.0
+    unit: str = ""
+
+
+class Grid(Value):
+    """A field of voxels and where it lies: what Volume and Labels share.
+
+    Data is (z, y, x) or (z, y, x, c) in its own dtype, C order preferred; ``index_to_world`` takes voxel
+    indices (x, y, z), centres at integers, to millimetres in LPS.
+    """
+
+    buffer: Buffer
+    index_to_world: Matrix
+    world_to_index: Matrix
+
+    def _place(self, data: Array | Buffer, index_to_world: Any, copy: bool) -> None:
+        if copy and not isinstance(data, Buffer):
+            data = np.array(data)
+        buffer = as_buffer(data)
+        if len(buffer.shape) not in (3, 4):
+            raise PortError(f"{type(self).__name__}: expected data (z, y, x) or (z, y, x, c), got shape {buffer.shape}")
+        if 0 in buffer.shape:
+            raise PortError(f"{type(self).__name__}: the data is empty, its shape is {buffer.shape}")
+        matrix = centred(buffer.shape[2::-1]) if index_to_world is None else index_to_world
+        matrix = check_affine(matrix)
+        self._set(buffer=buffer, index_to_world=matrix, world_to_index=check_affine(invert(matrix)))
+
+    @property
+    def data(self) -> Array:
+        """Stored numbers, read-only, (z, y, x) or (z, y, x, c)."""
+        return self.buffer.array
+
+    @property
+    def buffers(self) -> tuple[Buffer, ...]:
+        return (self.buffer,)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Type of the stored numbers."""
+        return self.buffer.dtype
+
+    @property
+    def dims(self) -> tuple[int, int, int]:
+        """Number of voxels (x, y, z)."""
+        z, y, x = self.buffer.shape[:3]
+        return x, y, z
+
+    @property
+    def spacing(self) -> NDArray[np.float64]:
+        """Distance of neighbouring voxel centres (x, y, z), mm."""
+        lengths: NDArray[np.float64] = np.linalg.norm(self.index_to_world[:3, :3], axis=0)
+        return lengths
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """The eight outer corners of the grid (8, 3), world mm: half a voxel beyond the outermost centres."""
+        low, high = np.full(3, -0.5), np.asarray(self.dims) - 0.5
+        picks = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
+        return transform_points(self.index_to_world, np.where(picks, high, low))
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """Middle of the grid, world mm."""
+        return transform_points(self.index_to_world, (np.asarray(self.dims) - 1) / 2)
+
+    def _size_text(self) -> str:
+        size = "x".join(map(str, self.dims))
+        spacing = "x".join(f"{s:.4g}" for s in self.spacing)
+        return f"{size} {self.dtype}, {spacing} mm"
+
+
+class Volume(Grid):
+    """A field of real numbers on a regular grid: one component (z, y, x) or several (z, y, x, c).
+
+    ``Volume(array)`` is a read-only view; ``copy=True`` protects from the owner of the array. Without
+    ``index_to_world`` voxels are 1 mm wide and the grid is centred at the origin of the world.
+    """
+
+    kind: ClassVar[str] = "Volume"
+    mapping: Mapping
+
+    def __init__(
+        self,
+        data: Array | Buffer,
+        index_to_world: Any = None,
+        mapping: Mapping | tuple[float, float, str] = Mapping(),  # noqa: B008 (an immutable tuple)
+        *,
+        copy: bool = False,
+    ) -> None:
+        self._place(data, index_to_world, copy)
+        if self.dtype.kind not in "iuf":
+            raise PortError(f"Volume: expected integers or reals, got {self.dtype}")
+        mapping = Mapping(float(mapping[0]), float(mapping[1]), str(mapping[2]))
+        if not (math.isfinite(mapping.scale) and math.isfinite(mapping.offset)) or mapping.scale == 0.0:
+            raise PortError(f"Volume: expected a finite mapping with a scale other than 0, got {mapping[:2]}")
+        self._set(mapping=mapping, _range=None)
+
+    def with_data(self, data: Array | Buffer, mapping: Mapping | None = None) -> Volume:
+        """Return other data on the same grid. Real arrays take ``Mapping(unit=same)`` unless told otherwise.
+
+        Data of the same dtype keeps the mapping, since it is taken for the same kind of stored numbers.
+        """
+        buffer = as_buffer(data)
+        if buffer.shape[:3] != self.buffer.shape[:3]:
+            raise PortError(f"Volume.with_data: expected the grid {self.buffer.shape[:3]}, got {buffer.shape[:3]}")
+        if mapping is None:
+            same = buffer.dtype == self.dtype or self.mapping[:2] == (1.0, 0.0)
+            mapping = self.mapping if same else Mapping(unit=self.mapping.unit)
+        return Volume(buffer, self.index_to_world, mapping)
+
+    @property
+    def components(self) -> int:
+        """Numbers per voxel."""
+        return 1 if len(self.buffer.shape) == 3 else self.buffer.shape[3]
+
+    def real(self, dtype: Any = np.float32) -> Array:
+        """Real values in ``dtype``: stored * scale + offset. No copy when they are stored that way already."""
+        data = self.data
+        if self.mapping[:2] == (1.0, 0.0):
+            return data.astype(dtype, copy=False)
+        out = np.empty(data.shape, dtype)
+        for slab in slabs(data):
+            np.multiply(data[slab], self.mapping.scale, out=out[slab], casting="unsafe", dtype=np.float64)
+            out[slab] += np.asarray(self.mapping.offset, dtype)
+        return out
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and greatest finite real value; (0, 0) where no voxel is finite. Computed once, slab by slab."""
+        if self._range is None:
+            low, high = math.inf, -math.inf
+            for slab in slabs(self.data):
+                part = self.data[slab]
+                if part.dtype.kind == "f":
+                    part = part[np.isfinite(part)]
+                if part.size:
+                    low, high = min(low, float(part.min())), max(high, float(part.max()))
+            if low > high:
+                low = high = 0.0
+                real = (0.0, 0.0)
+            else:
+                ends = (low * self.mapping.scale + self.mapping.offset, high * self.mapping.scale + self.mapping.offset)
+                real = (min(ends), max(ends))
+            self._set(_range=real)
+        found: tuple[float, float] = self._range  # type: ignore[assignment]
+        return found
+
+    _range: tuple[float, float] | None
+
+    def summary(self) -> str:
+        text = self._size_text()
+        if self.components > 1:
+            text += f", {self.components} components"
+        if self._range is not None:
+            text += f", {self._range[0]:.6g}..{self._range[1]:.6g} {self.mapping.unit}".rstrip()
+        return text
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.array(self.data, dtype=dtype, copy=copy)
+
+    def to_parts(self) -> Parts:
+        meta = {"index_to_world": self.index_to_world.tolist(), "mapping": list(self.mapping)}
+        return meta, {"data": self.data}
+
+    @classmethod
+    def from_parts(cls, meta: dict[str, Any], arrays: dict[str, Array]) -> Volume:
+        return cls(arrays["data"], meta["index_to_world"], tuple(meta["mapping"]))
+
+
+class Labels(Grid):
+    """Ids on a regular grid: unsigned integers up to 32 bits (z, y, x), 0 for nothing, with names for some.
+
+    Ids are never interpolated. Signed data without negative values is accepted and viewed as unsigned.
+    """
+
+    kind: ClassVar[str] = "Labels"
+    names: MappingType[int, str]
+
+    def __init__(
+        self,
+        data: Array | Buffer,
+        index_to_world: Any = None,
+        names: MappingType[int, str] | None = None,
+        *,
+        copy: bool = False,
+    ) -> None:
+        buffer = as_buffer(np.array(data) if copy and not isinstance(data, Buffer) else data)
+        if buffer.dtype.kind not in "iu" or len(buffer.shape) != 3:
+            raise PortError(f"Labels: expected integers (z, y, x), got {buffer.dtype} {buffer.shape}")
+        if buffer.dtype.kind == "i" or buffer.dtype.itemsize > 4:
+            array = buffer.array
+            low, high = (int(array.min()), int(array.max())) if array.size else (0, 0)
+            if low < 0 or high > 0xFFFFFFFF:
+                raise PortError(f"Labels: expected ids in 0..4294967295, got {low}..{high}")
+            size = min(array.dtype.itemsize, 4)
+            unsigned = np.dtype(f"u{size}")
+            buffer = Buffer(array.view(unsigned) if array.dtype.itemsize == size else array.astype(unsigned))
+        self._place(buffer, index_to_world, False)
+        self._set(names=dict(names or {}))
+
+    def summary(self) -> str:
+        named = f", {len(self.names)} named" if self.names else ""
+        return self._size_text() + named
+
+    def to_parts(self) -> Parts:
+        names = {str(key): name for key, name in self.names.items()}
+        return {"index_to_world": self.index_to_world.tolist(), "names": names}, {"data": self.data}
+
+    @classmethod
+    def from_parts(cls, meta: dict[str, Any], arrays: dict[str, Array]) -> Labels:
+        names = {int(key): name for key, name in meta["names"].items()}
+        return cls(arrays["data"], meta["index_to_world"], names)
+
+
+def slabs(data: Array) -> list[slice]:
+    """Slices along the first axis of about 4 MB each, so that no temporary array is as large as a volume."""
+    per_slice = max(1, data.nbytes // max(1, data.shape[0]))
+    step = max(1, SLAB_BYTES // per_slice)
+    return [slice(start, start + step) for start in range(0, data.shape[0], step)]
