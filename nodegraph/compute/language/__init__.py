@@ -1,0 +1,27 @@
+"""The kernel translator: one source in a subset of GLSL, printed as GLSL and as OpenCL C.
+
+Text in, text out: this package imports the standard library only and touches no device.
+"""
+
+from __future__ import annotations
+
+from .module import FieldDecl, FieldSlot, Layout, Leaf, Module, OutputDecl, Uniform
+from .storage_types import Storage
+from .types import Array, Field, Matrix, Numeric, Struct, Type
+
+__all__ = [
+    "Array",
+    "Field",
+    "FieldDecl",
+    "FieldSlot",
+    "Layout",
+    "Leaf",
+    "Matrix",
+    "Module",
+    "Numeric",
+    "OutputDecl",
+    "Storage",
+    "Struct",
+    "Type",
+    "Uniform",
+]
