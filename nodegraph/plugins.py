@@ -1,0 +1,112 @@
+"""What installed packages offer to nodegraph through entry points.
+
+A package says in its pyproject.toml, for example::
+
+    [project.entry-points."nodegraph.formats"]
+    vti = "my_package.vti"
+
+Groups: nodegraph.processors, .formats, .port_types, .parameter_kinds, .presets, .measures.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
+
+GROUPS = (
+    "nodegraph.processors",
+    "nodegraph.formats",
+    "nodegraph.port_types",
+    "nodegraph.parameter_kinds",
+    "nodegraph.presets",
+    "nodegraph.measures",
+)
+
+
+class Plugin(NamedTuple):
+    """One entry point: its object, or the reason why it has none."""
+
+    name: str
+    object: Any
+    reason: str
+    origin: str  #: the distribution that brings it
+
+
+class Offer(NamedTuple):
+    """An entry point that was not loaded yet."""
+
+    name: str
+    value: str
+    origin: str
+
+
+@functools.cache
+def offers(group: str) -> tuple[Offer, ...]:
+    """Entry points of a group, by name, nothing imported. A name that two packages use is listed twice."""
+    if group not in GROUPS:
+        raise ValueError(f"{group}: no such plug-in group; there are {', '.join(GROUPS)}")
+    from importlib.metadata import entry_points
+
+    found = [
+        Offer(point.name, point.value, point.dist.name if point.dist else "") for point in entry_points(group=group)
+    ]
+    return tuple(sorted(set(found)))
+
+
+@functools.cache
+def discover(group: str) -> tuple[Plugin, ...]:
+    """Load every entry point of a group, once. One that fails is listed with its reason and stops nothing."""
+    loaded = []
+    for offer in offers(group):
+        try:
+            loaded.append(Plugin(offer.name, _load(offer.value), "", offer.origin))
+        except Exception as error:
+            loaded.append(Plugin(offer.name, None, explain_failure(error), offer.origin))
+    return tuple(loaded)
+
+
+def refresh() -> None:
+    """Forget what was found: packages were installed or removed."""
+    offers.cache_clear()
+    discover.cache_clear()
+
+
+#: Packages whose name on the package index is not the name that is imported.
+_PACKAGE_OF = {
+    "PIL": "pillow",
+    "cv2": "opencv-python-headless",
+    "nrrd": "pynrrd",
+    "sklearn": "scikit-learn",
+    "skimage": "scikit-image",
+    "yaml": "pyyaml",
+    "SimpleITK": "SimpleITK",
+}
+
+
+def explain_failure(error: BaseException, file: str = "") -> str:
+    """Say in one sentence why a plug-in could not be loaded, and for a missing package how to get it.
+
+    ``file``: name the line of this file at which it went wrong.
+    """
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        package = error.name.partition(".")[0]
+        return f"needs the package {package!r}: pip install {_PACKAGE_OF.get(package, package)}"
+    if isinstance(error, SyntaxError):
+        return f"line {error.lineno}: {error.msg}" if error.lineno else str(error.msg)
+    line, trace = 0, error.__traceback__
+    while trace is not None:
+        if file and trace.tb_frame.f_code.co_filename == file:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    text = " ".join(str(error).split()) or "no message"
+    return f"{f'line {line}: ' if line else ''}{type(error).__name__}: {text}"
+
+
+def _load(value: str) -> Any:
+    import importlib
+
+    module, _, attribute = value.partition(":")
+    found: Any = importlib.import_module(module.strip())
+    for name in filter(None, attribute.split(".")):
+        found = getattr(found, name.strip())
+    return found
