@@ -98,7 +98,8 @@ class Image(Value):
         if self.channels != 4:
             raise PortError(f"Image: only RGBA pictures have an alpha, this one has {self.channels} channels")
         color = self.color
-        return color[..., :3] + (1.0 - color[..., 3:]) * np.asarray(background, color.dtype)
+        opaque: Array = color[..., :3] + (1.0 - color[..., 3:]) * np.asarray(background, color.dtype)
+        return opaque
 
     def summary(self) -> str:
         width, height = self.size

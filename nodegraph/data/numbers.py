@@ -15,7 +15,7 @@ def number(value: Any, where: str, *, finite: bool = True) -> float:
     """Return ``value`` as a float, or raise ParameterError that starts with ``where``."""
     if isinstance(value, str) and value in SPECIAL:
         value = SPECIAL[value]
-    if isinstance(value, bool) or not isinstance(value, (int, float)) and not hasattr(value, "__float__"):
+    if isinstance(value, bool) or not (isinstance(value, (int, float)) or hasattr(value, "__float__")):
         raise ParameterError(f"{where}: expected a number, got {value!r}")
     try:
         result = float(value)

@@ -70,7 +70,7 @@ class TransferFunction(Value):
         return -np.log1p(-np.minimum(np.asarray(opacity, np.float64), MAX_OPACITY)) / self.reference_length
 
     def evaluate(self, values: Any) -> NDArray[np.float64]:
-        """Linear RGB and extinction per mm, (..., 4), exactly. NaN is transparent black; at a step the right side holds."""
+        """Linear RGB and extinction per mm, (..., 4), exactly. NaN is transparent black; at a step its right side."""
         v = np.asarray(values, np.float64)
         out = np.zeros((*v.shape, 4))
         if not self.keys:
@@ -84,7 +84,7 @@ class TransferFunction(Value):
         with np.errstate(invalid="ignore"):
             weight = np.where(width > 0.0, (v - at[left]) / np.where(width > 0.0, width, 1.0), 0.0)
         weight = np.clip(weight, 0.0, 1.0)[..., None]
-        out = rows[left] * (1.0 - weight) + rows[right] * weight
+        out[...] = rows[left] * (1.0 - weight) + rows[right] * weight
         out[np.isnan(v)] = 0.0
         return out
 

@@ -1,0 +1,9 @@
+// Transfer function as a table of (linear red, green, blue, extinction per mm) over the values low..high.
+
+// `lookup` is (scale, offset) from a value to the table's index space. NaN is transparent black.
+vec4 classify(field1 table, vec2 lookup, float value) {
+    if (isnan(value)) {
+        return vec4(0.0);
+    }
+    return sample1(table, value * lookup.x + lookup.y);
+}

@@ -1,0 +1,18 @@
+// Entry and exit distances, mm from the eye, of each ray through a convex region given by its planes.
+#include "common/camera.glsl"
+#include "common/interval.glsl"
+
+const int MOST_PLANES = 64;
+
+uniform Camera camera;                  // in world space relative to `planes`
+uniform vec4 planes[64];                // unit normals outwards, offset: normal . p + offset <= 0 inside
+uniform int count;
+
+vec2 pixel(ivec2 at) {
+    Ray ray = cast_ray(camera, at);
+    vec2 range = vec2(0.0, 3.0e38);
+    for (int i = 0; i < min(count, MOST_PLANES); ++i) {
+        range = intersect_plane(ray.origin, ray.direction, planes[i], range);
+    }
+    return count > 0 && range.y > range.x ? range : vec2(0.0);
+}
