@@ -1,0 +1,1 @@
+"""Speed and memory, measured against hand-written peers: ``make bench``."""
