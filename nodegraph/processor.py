@@ -62,8 +62,10 @@ class Processor:
     disk_cache: ClassVar[bool] = False  #: results are worth keeping between runs
     kernels: ClassVar[tuple[str, ...]] = ()  #: GLSL files that it runs, without suffix; the registry knows the default
 
+    shader_roots: ClassVar[tuple[str, ...]] = ()  #: folders of its kernels and includes; () means the built-in ones
+    source_digest: ClassVar[bytes | None] = None  #: of the text that was loaded; set by the registry
+
     generator: ClassVar[bool] = False  #: process yields
-    has_needs: ClassVar[bool] = False  #: the subclass defines needs
     conditional: ClassVar[bool] = False  #: some parameter has visible_if
     abstract: ClassVar[bool] = False
 
@@ -89,10 +91,6 @@ class Processor:
         raise AttributeError(
             f"{type(self).__name__}.{name}: a processor keeps nothing between runs; return it, or let memo keep it"
         )
-
-    def needs(self, size: Any, quality: str, wanted: frozenset[str], params: Mapping[str, Any]) -> Mapping[str, Any]:
-        """What is asked of each input; what is left out gets the same request as this node. Default: that."""
-        return {}
 
     @staticmethod
     def migrate(params: dict[str, Any], version: int) -> dict[str, Any]:
@@ -302,7 +300,6 @@ def _check_settings(cls: type[Processor]) -> None:
         raise TypeError(f"{where}: an effect is never cached; remove disk_cache")
     needs = cls.__dict__.get("needs")
     if needs is not None:
-        cls.has_needs = True
         names = _argument_names(needs)
         if names != _NEEDS:
             raise TypeError(f"{where}.needs: takes (self, {', '.join(_NEEDS)}), not ({', '.join(names)})")
