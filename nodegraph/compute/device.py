@@ -1,0 +1,460 @@
+"""What all devices do alike: find a kernel, bind it by name, bring its inputs over, run it in strips.
+
+A subclass (gl.py, cl.py) says how text is built, how bytes travel, and how one box of pixels or voxels runs.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from abc import ABC, abstractmethod
+from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nodegraph import shaders
+from nodegraph.compute import language
+from nodegraph.compute.bindings import check_names, field_sources, leaf_values
+from nodegraph.compute.language import Layout, Module, OutputDecl, Storage
+from nodegraph.compute.memory import Budget, Entry, Memory
+from nodegraph.compute.storage import Placement, choose
+from nodegraph.compute.strips import Pace, boxes, run_in_strips
+from nodegraph.data.buffer import Array, Buffer
+from nodegraph.errors import DeviceError, ParameterError, ShaderError, near_miss
+
+Size = tuple[int, int, int]
+Defines = Mapping[str, int | float | bool]
+
+
+@dataclass
+class Program:
+    """A built program and what the device found out about it; ``handle`` is the device's own."""
+
+    handle: Any
+    layout: Layout
+    warm: bool = False
+    pace: Pace = field(default_factory=Pace)
+
+
+@dataclass
+class Slot:
+    """One field of a dispatch: the copy on the device and how it lies there."""
+
+    entry: Entry
+    placement: Placement
+
+
+@dataclass
+class Job:
+    """All that one dispatch needs: ``size`` is (x, y, z), z 1 for pixels; ``values`` are flat, one array per leaf."""
+
+    program: Program
+    size: Size
+    values: list[Array]
+    slots: list[Slot]
+    targets: list[Any]
+
+
+class Resident:
+    """The only copy of a device-born buffer, until it is saved to the host.
+
+    It does not refer to the buffer, so that the buffer may die; the buffer refers to it through ``fetch``.
+    """
+
+    def __init__(self, device: Device, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
+        self.device = device
+        self.shape = shape
+        self.dtype = dtype
+        self.entry: Entry | None = None
+        self.host: Array | None = None
+
+    def save(self) -> None:
+        """Copy to the host. Device's thread only."""
+        if self.host is None:
+            assert self.entry is not None
+            if not self.entry.live:
+                raise DeviceError(f"{self.device.name}: the device was closed before this result was read from it")
+            self.host = self.device.read(self.entry, self.shape, self.dtype)
+
+    def saved(self) -> bool:
+        """True when nothing would be lost with the device's copy."""
+        return self.host is not None
+
+    def fetch(self) -> Array:
+        """Return the data on the host, from any thread."""
+        if self.host is None:
+            self.device.on_own_thread(self.save)
+        assert self.host is not None
+        return self.host
+
+
+class Device(ABC):
+    """A machine that runs kernels: OpenGL, OpenCL in single or in double precision.
+
+    It belongs to the thread that opened it. ``call``, when set (the engine does), runs a function on that thread
+    and waits, so that results may be read from others. ``roots`` are the folders in which kernel names are looked up.
+    """
+
+    name: str
+    api: str
+    description: str
+    is_hardware: bool
+    is_host_memory: bool
+    real: np.dtype[Any]
+    limits: dict[str, Any]
+    strip_multiple = 1
+
+    def __init__(self, budget: Budget | int | None = None, roots: Sequence[Path | str] | None = None) -> None:
+        self.memory = Memory(budget, name=self.name)
+        self.roots: list[Path | str] = list(builtin_roots() if roots is None else roots)
+        self.call: Callable[[Callable[[], None]], object] | None = None
+        self._thread = threading.get_ident()
+        self._closed = False
+        self._sources: dict[str, tuple[shaders.Source, tuple[Any, ...]]] = {}
+        self._modules: dict[tuple[Any, ...], Module] = {}
+        self._programs: dict[str, Program] = {}
+        self._variants: dict[tuple[Any, ...], Program] = {}
+
+    # What a processor calls.
+
+    def run(
+        self,
+        kernel: str | shaders.Source,
+        size: Sequence[int],
+        *,
+        defines: Defines | None = None,
+        check: Callable[[], None] | None = None,
+        progress: Callable[[float], None] | None = None,
+        **bindings: Any,
+    ) -> Any:
+        """Run a kernel over ``size``, (w, h) pixels or (x, y, z) voxels, and return what it computes.
+
+        ``kernel`` is a name such as ``render/raycast`` or a source. Every uniform and field that the variant reads is
+        bound by its name. The result is a Buffer (h, w[, c]) or (z, y, x[, c]), or a named tuple of them; it stays on
+        the device until ``.array`` is read, and may be bound to a later run as it is. ``check()`` is called between
+        strips and may raise Cancelled; ``progress(fraction)`` after each.
+
+        ParameterError for bindings, ShaderError for the kernel, DeviceError when the device cannot.
+        """
+        self.require_thread()
+        self.memory.drain()
+        source = kernel if isinstance(kernel, shaders.Source) else self._source(kernel)
+        label = kernel if isinstance(kernel, str) else source.files[0].removesuffix(shaders.SUFFIX)
+        key = (source.digest, source.files[0], tuple(sorted((defines or {}).items())))
+        module = self._modules.get(key)
+        if module is None:
+            module = self._modules[key] = self.compile(source, defines or {})
+        grid = _grid(size, module.entry, label)
+        check_names(module, bindings, label)
+
+        placements = self._place(module, bindings, label)
+        storages = {name: tuple(p.storage for _, p in items) for name, items in placements.items()}
+        variant = (key, tuple((name, tuple(s.variant for s in items)) for name, items in storages.items()))
+        program = self._variants.get(variant)
+        if program is None:
+            program = self._variants[variant] = self._program(source, module, storages)
+        values = leaf_values(module, program.layout, bindings, label)
+
+        held: list[Entry] = []
+        try:
+            slots = []
+            for wanted in program.layout.slots:
+                buffer, placement = placements[wanted.field][wanted.element]
+                entry = self._bring(buffer, placement, f"{label}.{wanted.field}")
+                entry.pins += 1
+                held.append(entry)
+                slots.append(Slot(entry, placement))
+            outputs = []
+            for output in program.layout.outputs:
+                buffer, entry = self._make(output, grid, module.entry, label)
+                entry.pins += 1
+                held.append(entry)
+                outputs.append((output.name, buffer, entry))
+            job = Job(program, grid, values, slots, [entry.object for _, _, entry in outputs])
+            self._dispatch(job, check, progress)
+        finally:
+            for entry in held:
+                entry.pins -= 1
+        if len(outputs) == 1 and outputs[0][0] == "":
+            return outputs[0][1]
+        return _tuple_type(tuple(name for name, _, _ in outputs), label)(*(buffer for _, buffer, _ in outputs))
+
+    def describe_storage(self, value: Any, kind: str) -> Storage:
+        """Return how a Value, Buffer or array would lie on this device as a field of ``kind``; ``loss`` is in it."""
+        declaration = language.FieldDecl("field", kind, 0, "", 0, True)
+        source = field_sources(declaration, value, self.name)[0]
+        return self._choose(source.buffer, kind, source.mapping, self.name).storage
+
+    def close(self) -> None:
+        """Free everything. Results that are alive and were not read yet are brought to the host first."""
+        if self._closed:
+            return
+        self.require_thread()
+        self.memory.close()
+        self._closed = True
+        self._programs.clear()
+        self._variants.clear()
+        self._release()
+
+    # What the engine and Buffer.array need.
+
+    def on_own_thread(self, action: Callable[[], None]) -> None:
+        """Run ``action`` on the thread that owns the device."""
+        if threading.get_ident() == self._thread:
+            self.make_current()
+            action()
+        elif self.call is not None:
+            self.call(lambda: self.on_own_thread(action))
+        else:
+            raise DeviceError(f"{self.name}: this result lies on a device of another thread; read it there first")
+
+    def require_thread(self) -> None:
+        """Raise DeviceError unless this is the owner's thread and the device is open; make it current."""
+        if self._closed:
+            raise DeviceError(f"{self.name}: the device is closed; open another with Devices.choose()")
+        if threading.get_ident() != self._thread:
+            raise DeviceError(f"{self.name}: a device runs only on the thread that opened it; use Engine.call")
+        self.make_current()
+
+    def compile(self, source: shaders.Source, defines: Defines) -> Module:
+        """Check a kernel for one set of defines."""
+        return language.compile(source, dict(defines))
+
+    # The parts of run().
+
+    def _source(self, name: str) -> shaders.Source:
+        """Load a kernel, again only when one of its files has changed."""
+        known = self._sources.get(name)
+        if known is not None and known[1] == _stamps(known[0].paths):
+            return known[0]
+        source = shaders.load(name, self.roots)
+        self._sources[name] = (source, _stamps(source.paths))
+        return source
+
+    def _place(
+        self, module: Module, bindings: Mapping[str, Any], label: str
+    ) -> dict[str, list[tuple[Buffer, Placement]]]:
+        placements = {}
+        for declaration in module.fields:
+            if declaration.used:
+                sources = field_sources(declaration, bindings[declaration.name], label)
+                where = f"{label}.{declaration.name}"
+                placements[declaration.name] = [
+                    (s.buffer, self._choose(s.buffer, declaration.kind, s.mapping, where)) for s in sources
+                ]
+        return placements
+
+    def _choose(self, buffer: Buffer, kind: str, mapping: tuple[float, float], where: str) -> Placement:
+        filtering = bool(self.limits.get("filtering", False))
+        return choose(buffer, kind, self.api, mapping=mapping, filtering=filtering, where=where)
+
+    def _program(self, source: shaders.Source, module: Module, storages: dict[str, tuple[Storage, ...]]) -> Program:
+        text, layout = self.print(module, storages)
+        program = self._programs.get(text)
+        if program is None:
+            try:
+                handle, objects = self._build(text, layout)
+            except _BuildFailure as failure:
+                raise located(failure, layout.files, source) from None
+            program = self._programs[text] = Program(handle, layout)
+            for thing, nbytes, release in objects:
+                self.memory.add(thing, nbytes, "program", release)
+        return program
+
+    def _bring(self, buffer: Buffer, placement: Placement, where: str) -> Entry:
+        """Return the copy of a buffer on this device, uploading it when there is none."""
+        entry = self.memory.find(buffer, placement.key)
+        if entry is not None:
+            return entry
+        array = buffer.array
+        self.check_limits(placement.shape, placement.nbytes, where)
+        thing, nbytes, release = self._upload(array, placement, where)
+        return self.memory.add(thing, nbytes, "input", release, owner=buffer, key=placement.key)
+
+    def _make(self, output: OutputDecl, grid: Size, entry_kind: str, label: str) -> tuple[Buffer, Entry]:
+        """Allocate one output and the device-born buffer that stands for it."""
+        kind = output.type
+        shape = grid[1::-1] if entry_kind == "pixel" else grid[::-1]
+        dtype = {"float": self.real, "int": np.dtype(np.int32), "uint": np.dtype(np.uint32)}[kind.base]
+        where = f"{label} ({output.name})" if output.name else label
+        code = f"{dtype.kind}{dtype.itemsize}"
+        placement = Placement(Storage(code, kind.n), shape, kind.n)
+        self.check_limits(shape, placement.nbytes, where)
+        self.memory.reserve(placement.nbytes, f"the result of {where}")
+        thing, nbytes, release = self._allocate(placement, where)
+        full = shape + ((kind.n,) if kind.n > 1 else ())
+        resident = Resident(self, full, dtype)
+        buffer = Buffer.on_device(full, dtype, resident.fetch)
+        resident.entry = self.memory.add(
+            thing,
+            nbytes,
+            "output",
+            release,
+            owner=buffer,
+            key=placement.key,
+            read_back=resident.save,
+            saved=resident.saved,
+        )
+        return buffer, resident.entry
+
+    def _dispatch(self, job: Job, check: Callable[[], None] | None, progress: Callable[[float], None] | None) -> None:
+        width, height, depth = job.size
+        program = job.program
+        self._begin(job)
+        try:
+            if not program.warm:
+                # Drivers compile when a program first runs; strip times must not contain that.
+                self._warm_up(job)
+                program.warm = True
+
+            def draw(first: int, count: int) -> None:
+                for y, rows, z, slices in boxes(first, count, height):
+                    self._draw(job, y, rows, z, slices)
+                self.wait()
+
+            run_in_strips(
+                draw,
+                height * depth,
+                width,
+                program.pace,
+                multiple=self.strip_multiple,
+                check=check,
+                progress=progress,
+            )
+            self._verify()
+        finally:
+            self._end(job)
+
+    # What a subclass brings.
+
+    def make_current(self) -> None:
+        """Make the device's context the thread's current one, where there is such a thing."""
+
+    @abstractmethod
+    def print(self, module: Module, storages: dict[str, tuple[Storage, ...]]) -> tuple[str, Layout]:
+        """Translate a checked kernel into this device's language."""
+
+    @abstractmethod
+    def check_limits(self, shape: tuple[int, ...], nbytes: int, where: str) -> None:
+        """Raise DeviceError when no single object of this shape can exist. Nothing has been allocated yet."""
+
+    @abstractmethod
+    def wait(self) -> None:
+        """Wait for everything that was issued, without holding the GIL."""
+
+    @abstractmethod
+    def read(self, entry: Entry, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Array:
+        """Bring an object to the host."""
+
+    @abstractmethod
+    def _build(self, text: str, layout: Layout) -> tuple[Any, list[Owned]]:
+        """Build a program; return its handle and the objects that `Memory` shall own. Raises _BuildFailure."""
+
+    @abstractmethod
+    def _upload(self, array: Array, placement: Placement, where: str) -> Owned:
+        """Reserve memory and copy host data to the device; return the object, its bytes and how to free it."""
+
+    @abstractmethod
+    def _allocate(self, placement: Placement, where: str) -> Owned:
+        """Make an uninitialised object; memory is reserved already."""
+
+    @abstractmethod
+    def _begin(self, job: Job) -> None:
+        """Set everything that is the same for all strips: program, uniforms, fields, targets."""
+
+    @abstractmethod
+    def _warm_up(self, job: Job) -> None:
+        """Make the driver compile, at the least cost."""
+
+    @abstractmethod
+    def _draw(self, job: Job, y: int, rows: int, z: int, slices: int) -> None:
+        """Issue one box: full rows y.. of the slices z.. ."""
+
+    @abstractmethod
+    def _end(self, job: Job) -> None:
+        """Undo what `_begin` left behind, also after a failure."""
+
+    def _verify(self) -> None:
+        """Raise DeviceError if the device reports that drawing failed."""
+
+    @abstractmethod
+    def _release(self) -> None:
+        """Close the context. All objects are freed already."""
+
+
+Owned = tuple[Any, int, Callable[[], None]]
+
+
+class _BuildFailure(Exception):
+    """A driver's compiler refused a program; the argument is its log. `file` and `line` are what it pointed at."""
+
+    def __init__(self, message: str, file: str = "", line: int = 0) -> None:
+        super().__init__(message)
+        self.file = file
+        self.line = line
+
+
+def located(failure: _BuildFailure, files: tuple[str, ...], source: shaders.Source) -> ShaderError:
+    """Turn a driver's message into an error at the author's file and line."""
+    name = failure.file
+    if name.isdigit() and int(name) < len(files):
+        name = files[int(name)]
+    excerpt = ""
+    if name in source.files:
+        place = (source.files.index(name), failure.line)
+        if place in source.places:
+            excerpt = source.lines[source.places.index(place)]
+    return ShaderError(f"the driver refuses this kernel: {failure}", file=name, line=failure.line, excerpt=excerpt)
+
+
+def builtin_roots() -> list[Path]:
+    """Return the folder of the built-in kernels: inside the package in a wheel, beside it in a checkout."""
+    package = Path(__file__).resolve().parent.parent
+    return [folder for folder in (package / "shaders", package.parent / "shaders") if folder.is_dir()][:1]
+
+
+def _stamps(paths: tuple[str, ...]) -> tuple[Any, ...]:
+    stamps = []
+    for path in paths:
+        try:
+            status = os.stat(path)
+            stamps.append((status.st_mtime_ns, status.st_size))
+        except OSError:
+            stamps.append((0, 0))
+    return tuple(stamps)
+
+
+def _grid(size: Sequence[int], entry: str, label: str) -> Size:
+    wanted = 2 if entry == "pixel" else 3
+    names = "(w, h) pixels" if entry == "pixel" else "(x, y, z) voxels"
+    try:
+        numbers = tuple(int(n) for n in size)
+        whole = all(n == m for n, m in zip(numbers, size, strict=True))
+    except (TypeError, ValueError):
+        numbers, whole = (), False
+    if len(numbers) != wanted or not whole or min(numbers) < 1:
+        raise ParameterError(f"{label}.size: expected {names}, each at least 1, got {size!r}")
+    return (numbers[0], numbers[1], 1) if wanted == 2 else (numbers[0], numbers[1], numbers[2])
+
+
+_tuple_types: dict[tuple[str, ...], Any] = {}
+
+
+def _tuple_type(names: tuple[str, ...], label: str) -> Any:
+    """Return the named tuple class for several outputs."""
+    found = _tuple_types.get(names)
+    if found is None:
+        try:
+            found = _tuple_types[names] = namedtuple("Outputs", names)  # noqa: PYI024 (names are known at run time only)
+        except ValueError as error:
+            raise ShaderError(f"{label}: an output has a name that Python cannot use: {error}") from None
+    return found
+
+
+def unknown_device(name: str, known: Sequence[str]) -> DeviceError:
+    """Return the error for a device name that does not exist at all."""
+    return DeviceError(f"{name}: no such device{near_miss(name, known)}; choose one of {', '.join(known)}")

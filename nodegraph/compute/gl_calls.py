@@ -1,0 +1,112 @@
+"""The OpenGL functions that are called past moderngl, through ctypes.
+
+ctypes gives up the GIL during a call and moderngl does not: other threads would stand still while a draw is
+waited for, a volume is uploaded or read back. `FramebufferTextureLayer`, which draws straight into a slice
+of a 3-D texture, is not in moderngl at all.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from nodegraph.errors import DeviceMissing
+
+FRAMEBUFFER = 0x8D40
+COLOR_ATTACHMENT0 = 0x8CE0
+TEXTURE_2D = 0x0DE1
+TEXTURE_3D = 0x806F
+TEXTURE0 = 0x84C0
+TRIANGLES = 0x0004
+FRAMEBUFFER_COMPLETE = 0x8CD5
+BLEND = 0x0BE2
+CULL_FACE = 0x0B44
+DEPTH_TEST = 0x0B71
+SCISSOR_TEST = 0x0C11
+UNPACK_ALIGNMENT = 0x0CF5
+PACK_ALIGNMENT = 0x0D05
+
+_INT, _UINT, _POINTER = ctypes.c_int, ctypes.c_uint, ctypes.c_void_p
+
+
+class Calls:
+    """Typed entry points of the current context's OpenGL; every call releases the GIL."""
+
+    def __init__(self) -> None:
+        address, prototype = _loader()
+
+        def bind(name: str, *arguments: Any, result: Any = None) -> Callable[..., Any]:
+            found = address(name)
+            if not found:
+                raise DeviceMissing(f"gl: this OpenGL library offers no {name}")
+            function: Callable[..., Any] = prototype(result, *arguments)(found)
+            return function
+
+        self.finish = bind("glFinish")
+        self.get_error = bind("glGetError", result=_UINT)
+        self.active_texture = bind("glActiveTexture", _UINT)
+        self.bind_texture = bind("glBindTexture", _UINT, _UINT)
+        self.pixel_store = bind("glPixelStorei", _UINT, _INT)
+        self.tex_sub_image_2d = bind("glTexSubImage2D", _UINT, *[_INT] * 5, _UINT, _UINT, _POINTER)
+        self.tex_sub_image_3d = bind("glTexSubImage3D", _UINT, *[_INT] * 7, _UINT, _UINT, _POINTER)
+        self.get_tex_image = bind("glGetTexImage", _UINT, _INT, _UINT, _UINT, _POINTER)
+        self.framebuffer_texture = bind("glFramebufferTexture2D", _UINT, _UINT, _UINT, _UINT, _INT)
+        self.framebuffer_layer = bind("glFramebufferTextureLayer", _UINT, _UINT, _UINT, _INT, _INT)
+        self.gen_framebuffers = bind("glGenFramebuffers", _INT, _POINTER)
+        self.delete_framebuffers = bind("glDeleteFramebuffers", _INT, _POINTER)
+        self.bind_framebuffer = bind("glBindFramebuffer", _UINT, _UINT)
+        self.framebuffer_status = bind("glCheckFramebufferStatus", _UINT, result=_UINT)
+        self.draw_buffers = bind("glDrawBuffers", _INT, _POINTER)
+        self.viewport = bind("glViewport", _INT, _INT, _INT, _INT)
+        self.scissor = bind("glScissor", _INT, _INT, _INT, _INT)
+        self.enable = bind("glEnable", _UINT)
+        self.disable = bind("glDisable", _UINT)
+        self.gen_vertex_arrays = bind("glGenVertexArrays", _INT, _POINTER)
+        self.delete_vertex_arrays = bind("glDeleteVertexArrays", _INT, _POINTER)
+        self.draw_arrays = bind("glDrawArrays", _UINT, _INT, _INT)
+        self.use_program = bind("glUseProgram", _UINT)
+        self.bind_vertex_array = bind("glBindVertexArray", _UINT)
+
+
+def _loader() -> tuple[Callable[[str], int | None], Any]:
+    """Return how an OpenGL function is looked up on this platform, and how it is called."""
+    if sys.platform == "win32":
+        library = ctypes.WinDLL("opengl32")
+        library.wglGetProcAddress.restype = _POINTER
+        library.wglGetProcAddress.argtypes = [ctypes.c_char_p]
+
+        def windows(name: str) -> int | None:
+            # wglGetProcAddress knows only what came after OpenGL 1.1; the rest is exported.
+            found: int | None = library.wglGetProcAddress(name.encode())
+            if found in (None, 0, 1, 2, 3):
+                exported = getattr(library, name, None)
+                found = None if exported is None else ctypes.cast(exported, _POINTER).value
+            return found
+
+        return windows, ctypes.WINFUNCTYPE
+    if sys.platform == "darwin":
+        framework = ctypes.CDLL("/System/Library/Frameworks/OpenGL.framework/OpenGL")
+
+        def mac(name: str) -> int | None:
+            exported = getattr(framework, name, None)
+            return None if exported is None else ctypes.cast(exported, _POINTER).value
+
+        return mac, ctypes.CFUNCTYPE
+    for stem, getter in (("EGL", "eglGetProcAddress"), ("GL", "glXGetProcAddressARB")):
+        try:
+            library = ctypes.CDLL(ctypes.util.find_library(stem) or f"lib{stem}.so.1")
+        except OSError:
+            continue
+        lookup = getattr(library, getter, None)
+        if lookup is not None:
+            lookup.restype, lookup.argtypes = _POINTER, [ctypes.c_char_p]
+
+            def linux(name: str, lookup: Any = lookup) -> int | None:
+                found: int | None = lookup(name.encode())
+                return found
+
+            return linux, ctypes.CFUNCTYPE
+    raise DeviceMissing("gl: no OpenGL library was found; install the packages libegl1 and libgl1")
