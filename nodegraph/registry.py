@@ -1,8 +1,8 @@
 """Finds processors by id: files in folders, each imported when it is first asked for.
 
-Scanning maps ids to files and imports nothing, so a run pays only for the processors that it uses. Folders are looked
-through in this order: built-in, NODEGRAPH_PATH, entry points; the first file that has an id keeps it. A file that cannot
-be loaded is listed as unavailable with its reason and stops nothing.
+Scanning maps ids to files and imports nothing, so a run pays only for the processors that it uses. Folders are
+looked through in this order: built-in, NODEGRAPH_PATH, entry points; the first file that has an id keeps it. A file
+that cannot be loaded is listed as unavailable with its reason and stops nothing.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ class Registry:
         return listed
 
     def shader_roots(self, processor: type[Processor] | None = None) -> tuple[Path, ...]:
-        """Folders in which kernels and their includes are looked up: a processor's own first, the built-in ones last."""
+        """Folders in which kernels and their includes are looked up: a processor's own, then the built-in ones."""
         own = tuple(map(Path, processor.shader_roots)) if processor is not None else ()
         return own or locations.built_in().shaders
 
