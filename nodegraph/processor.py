@@ -66,6 +66,7 @@ class Processor:
     source_digest: ClassVar[bytes | None] = None  #: of the text that was loaded; set by the registry
 
     generator: ClassVar[bool] = False  #: process yields
+    has_needs: ClassVar[bool] = False  #: the class defines needs
     conditional: ClassVar[bool] = False  #: some parameter has visible_if
     abstract: ClassVar[bool] = False
 
@@ -300,6 +301,7 @@ def _check_settings(cls: type[Processor]) -> None:
         raise TypeError(f"{where}: an effect is never cached; remove disk_cache")
     needs = cls.__dict__.get("needs")
     if needs is not None:
+        cls.has_needs = True
         names = _argument_names(needs)
         if names != _NEEDS:
             raise TypeError(f"{where}.needs: takes (self, {', '.join(_NEEDS)}), not ({', '.join(names)})")
