@@ -1,0 +1,574 @@
+"""Run a plan: data comes down.
+
+A run starts at the sinks and goes backwards as far as results are missing; what is kept is not made again,
+and nobody asks for what stands above it. Then everything runs as soon as its inputs are there: processors that
+name a device on this thread, the engine's; the others on workers beside it. See docs/decisions/0004.
+"""
+
+from __future__ import annotations
+
+import heapq
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from nodegraph.cache import Result, ResultCache, each_buffer
+from nodegraph.errors import Cancelled, DeviceError, DeviceMissing, GraphError, PortError, ProcessError
+from nodegraph.fingerprint import content_key, digest
+from nodegraph.plan import Plan, Task
+from nodegraph.report import CLEAN, Event, Report, State
+from nodegraph.services import DeviceService, Memo, Progress, open_raster, own, provenance
+from nodegraph.workers import Inbox, Job, Workers
+
+if TYPE_CHECKING:
+    from nodegraph.disk_cache import DiskCache
+
+Observer = Callable[[Event], None]
+
+
+class DeviceSource(Protocol):
+    """Opens devices when a task first needs one."""
+
+    def main(self) -> Any:
+        """The device that the user chose."""
+
+    def opengl(self) -> Any:
+        """A device that can rasterise. Raises DeviceError where there is none."""
+
+    def after(self, device: Any) -> Any:
+        """The device on which a node that failed on ``device`` is tried again, or None."""
+
+
+@dataclass(slots=True)
+class Context:
+    """What a run works with. It belongs to the engine and outlives the run."""
+
+    cache: ResultCache
+    workers: Workers
+    inbox: Inbox
+    devices: DeviceSource
+    disk: DiskCache | None = None
+
+
+def run(
+    plan: Plan,
+    context: Context,
+    on_event: Observer | None = None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Report:
+    """Run a plan on the thread that owns the devices. Raises Cancelled; failures of nodes are in the report."""
+    current = Run(plan, context, on_event, cancelled)
+    try:
+        return current.finish()
+    finally:
+        current.end()
+
+
+class Run:
+    """One evaluation. All methods run on the engine's thread unless they say otherwise."""
+
+    def __init__(self, plan: Plan, context: Context, on_event: Observer | None, cancelled: Callable[[], bool]) -> None:
+        self.plan = plan
+        self.report = Report()
+        self._context = context
+        self._on_event = on_event
+        self._cancelled = cancelled
+        self._results: dict[int, Result] = {}
+        self._blocked: dict[int, str] = {}
+        self._readers: dict[int, int] = {}
+        self._missing: dict[int, set[int]] = {}
+        self._below: dict[int, list[int]] = {}
+        self._device_queue: list[int] = []
+        self._pool_queue: list[int] = []
+        self._jobs: dict[int, Job] = {}
+        self._pins: dict[int, bytes] = {}
+        self._lasting_keys: dict[int, bytes] = {}
+        self._over = False
+
+    # -- the whole ----------------------------------------------------------------------------------------------
+
+    def finish(self) -> Report:
+        """Do all there is to do and return the report."""
+        shown = {place for feeds in self.plan.sinks.values() for place, _ in feeds}
+        shown |= {
+            place
+            for feeds in self.plan.sinks.values()
+            for sink, output in feeds
+            if not output
+            for sources in self.plan.tasks[sink].feeds.values()
+            for place, _ in sources or ()
+        }
+        todo = self._look_back(shown)
+        self._prepare(todo, shown)
+        while True:
+            self.check()
+            self._start_jobs()
+            if self._device_queue:
+                self._run_here(heapq.heappop(self._device_queue))
+                self._context.inbox.serve_waiting()
+            elif self._jobs:
+                self._context.inbox.serve()
+            elif not self._pool_queue:
+                break
+        self._show()
+        self._tell_states()
+        return self.report
+
+    def end(self) -> None:
+        """Leave nothing behind: jobs that still run are abandoned, late events are dropped."""
+        self._over = True
+        for job in self._jobs.values():
+            self._context.workers.abandon(job)
+        self._jobs.clear()
+        self._results.clear()
+        for place in list(self._pins):
+            self._unpin(place)
+
+    def check(self) -> None:
+        """Raise Cancelled where the evaluation shall stop. Any thread."""
+        if self._over or self._cancelled():
+            raise Cancelled
+
+    # -- what has to run ----------------------------------------------------------------------------------------
+
+    def _look_back(self, shown: set[int]) -> list[int]:
+        """Walk from the sinks upwards; fill in what is kept and return, in order, what has to run."""
+        tasks, cache = self.plan.tasks, self._context.cache
+        needed = bytearray(len(tasks))
+        for place in shown:
+            needed[place] = 1
+        todo: list[int] = []
+        for place in range(len(tasks) - 1, -1, -1):
+            if not needed[place]:
+                continue
+            task = tasks[place]
+            self._pins[place] = task.fingerprint
+            cache.pin(task.fingerprint)
+            kept = self._kept(task, place)
+            if kept is not None:
+                self._results[place] = kept
+                self.report.cached.append(task.path)
+                self.report.notes += kept.notes
+                continue
+            todo.append(place)
+            if task.problem is None and cache.failure(task.fingerprint) is None:
+                for sources in task.feeds.values():
+                    for above, _ in sources or ():
+                        needed[above] = 1
+        self.report.cached.reverse()
+        todo.reverse()
+        return todo
+
+    def _kept(self, task: Task, place: int) -> Result | None:
+        if task.path in self.plan.given:
+            value = self.plan.given[task.path]
+            return Result({"value": value})
+        processor = task.processor
+        if task.problem is not None or processor is None or processor.effect:
+            return None
+        found = self._context.cache.get(task.fingerprint)
+        if found is not None and all(name in found.values for name in task.wanted):
+            return found
+        if not processor.disk_cache or self._context.disk is None:
+            return None
+        found = self._context.disk.get(self._lasting(place))
+        if found is None or not all(name in found.values for name in task.wanted):
+            return None
+        own(found.values, task.fingerprint)
+        self._context.cache.put(task.fingerprint, found)
+        return found
+
+    def _prepare(self, todo: list[int], shown: set[int]) -> None:
+        """Count, for every task that runs, what it waits for and who reads it; settle what cannot run."""
+        for place in shown:
+            self._readers[place] = 1
+        running = set(todo)
+        for place in todo:
+            task = self.plan.tasks[place]
+            above = {source for sources in task.feeds.values() for source, _ in sources or ()}
+            for source in above:
+                self._readers[source] = self._readers.get(source, 0) + 1
+                self._below.setdefault(source, []).append(place)
+            self._missing[place] = above & running
+        for place in todo:
+            self._settle_or_queue(place)
+
+    def _settle_or_queue(self, place: int) -> None:
+        if place in self._blocked or place in self._results or place not in self._missing:
+            return
+        task = self.plan.tasks[place]
+        error = task.problem or self._remembered(task)
+        if error is not None:
+            self._fail(place, error)
+        elif task.processor is not None and task.processor.effect and task.path not in self.plan.named:
+            reason = "it changes the world, so it runs only when it is named"
+            self._block(place, f"{task.path}: {reason}", "blocked")
+        elif not self._missing[place]:
+            heapq.heappush(self._device_queue if task.on_device else self._pool_queue, place)
+
+    def _remembered(self, task: Task) -> GraphError | None:
+        failure = self._context.cache.failure(task.fingerprint)
+        return failure if isinstance(failure, GraphError) else None
+
+    # -- running one task ---------------------------------------------------------------------------------------
+
+    def _start_jobs(self) -> None:
+        while self._pool_queue:
+            place = heapq.heappop(self._pool_queue)
+            arguments = self._arguments(place)
+            if arguments is not None:
+                self._jobs[place] = self._context.workers.submit(self._job(place, arguments))
+
+    def _job(self, place: int, arguments: dict[str, Any]) -> Callable[[], None]:
+        def act() -> None:
+            """On a worker's thread: run, and post the end."""
+            try:
+                result = self._execute(place, arguments, None)
+            except BaseException as error:
+                caught = error
+                self._context.inbox.post(lambda: self._job_failed(place, caught))
+            else:
+                self._context.inbox.post(lambda: self._job_done(place, result))
+            finally:
+                # A traceback keeps this frame alive, and the frame would keep the volumes.
+                arguments.clear()
+
+        return act
+
+    def _job_done(self, place: int, result: Result) -> None:
+        if self._jobs.pop(place, None) is not None:
+            self._done(place, result)
+
+    def _job_failed(self, place: int, error: BaseException) -> None:
+        if self._jobs.pop(place, None) is not None:
+            self._raised(place, error)
+
+    def _run_here(self, place: int) -> None:
+        arguments = self._arguments(place)
+        if arguments is None:
+            return
+        task = self.plan.tasks[place]
+        try:
+            device = self._open(task)
+            try:
+                result = self._execute(place, arguments, device)
+            except DeviceMissing:
+                raise
+            except DeviceError as error:
+                other = self._context.devices.after(device) if self._may_move(task) else None
+                if other is None:
+                    raise
+                self.check()
+                note = f"{task.path}: {device.name} failed ({error}); running on {other.name} instead"
+                self.note(note, task.path)
+                result = self._execute(place, arguments, other)
+                result = Result(result.values, result.seconds, (note,), result.memos)
+        except BaseException as error:
+            self._raised(place, error)
+        else:
+            self._done(place, result)
+        finally:
+            arguments.clear()
+
+    def _open(self, task: Task) -> Any:
+        services = task.processor.services if task.processor is not None else ()
+        return self._context.devices.opengl() if "gl" in services else self._context.devices.main()
+
+    def _may_move(self, task: Task) -> bool:
+        return task.processor is not None and "gl" not in task.processor.services
+
+    def _arguments(self, place: int) -> dict[str, Any] | None:
+        """Inputs and parameters of ``process``, checked; None where they are refused, which fails the task."""
+        task = self.plan.tasks[place]
+        processor = task.processor
+        assert processor is not None
+        arguments: dict[str, Any] = {}
+        try:
+            for name, port in processor.inputs.items():
+                feeds = task.feeds.get(name, ())
+                where = f"{task.path}.{name}"
+                if feeds is None:
+                    arguments[name] = () if port.many else None
+                    continue
+                values = [self._value(source, output, where) for source, output in feeds]
+                arguments[name] = port.check(tuple(values) if port.many else (values or [None])[0], where)
+            values_of = dict(task.node.values)
+            for name in task.node.wired:
+                wired = task.feeds.get(name)
+                if wired:
+                    where = f"{task.path}.{name}"
+                    values_of[name] = processor.params[name].check(self._value(*wired[0], where), where)
+            arguments.update(processor.effective(values_of))
+            if not task.on_device:
+                # A worker must not wait for this thread, so what lies on a device comes to the host now.
+                each_buffer(arguments, lambda buffer: buffer.array)
+        except Exception as error:
+            self._raised(place, error, "check")
+            return None
+        self._emit(Event("started", task.path, size=task.size))
+        self.report.states[task.path] = State("running")
+        return arguments
+
+    def _value(self, source: int, output: str, where: str) -> Any:
+        result = self._results[source]
+        if output not in result.values:
+            raise PortError(f"{where}: {self.plan.tasks[source].path} made nothing for its output {output!r}")
+        return result.values[output]
+
+    def _execute(self, place: int, arguments: dict[str, Any], device: Any) -> Result:
+        """Call ``process`` and collect what it returns or yields. On the engine's thread or a worker's."""
+        task = self.plan.tasks[place]
+        processor = task.processor
+        assert processor is not None
+        self.check()
+        memos: list[str] = []
+        notes: list[str] = []
+        started = time.perf_counter()
+        services = self._services(task, place, device, memos, notes)
+        returned = processor().process(**arguments, **services)
+        if not processor.generator:
+            values = processor.pack(returned, task.wanted, task.path)
+        else:
+            values = self._refine(task, returned, device is not None)
+        seconds = time.perf_counter() - started
+        self.check()
+        own(values, task.fingerprint)
+        return Result(values, seconds, tuple(notes), tuple(memos))
+
+    def _refine(self, task: Task, steps: Any, here: bool) -> dict[str, Any]:
+        """Follow a generator: each yield may be a preview, the last one is the result."""
+        processor = task.processor
+        assert processor is not None
+        last: dict[str, Any] | None = None
+        try:
+            while True:
+                try:
+                    item = next(steps)
+                except StopIteration as stop:
+                    if stop.value is not None:
+                        last = processor.pack(stop.value, task.wanted, task.path)
+                    break
+                self.check()
+                if item is not None:
+                    last = processor.pack(item, task.wanted, task.path)
+                    self._tell(Event("preview", task.path, size=task.size, values=last), here)
+                if here:
+                    self._context.inbox.serve_waiting()
+                    self.check()
+        finally:
+            steps.close()
+        return processor.pack(None, task.wanted, task.path) if last is None else last
+
+    def _services(self, task: Task, place: int, device: Any, memos: list[str], notes: list[str]) -> dict[str, Any]:
+        processor = task.processor
+        assert processor is not None
+        named = processor.services
+        here = device is not None
+        progress = Progress(
+            self.check, lambda fraction, text: self._tell(Event("progress", task.path, text, fraction), here)
+        )
+        made: dict[str, Any] = {}
+        for name in named:
+            if name == "size":
+                made[name] = task.size
+            elif name == "quality":
+                made[name] = task.quality
+            elif name == "wanted":
+                made[name] = task.wanted
+            elif name == "progress":
+                made[name] = progress
+            elif name == "device":
+                made[name] = DeviceService(device, processor, task.path, self.check, progress)
+            elif name == "gl":
+                made[name] = open_raster(device, task.path)
+            elif name == "memo":
+
+                def done(label: str, key: bytes, seconds: float, found: bool, nbytes: int) -> None:
+                    memos.append(label)
+                    self._context.inbox.post(lambda: self._memo_done(label, seconds, found, nbytes))
+
+                made[name] = Memo(
+                    task.path, self._context.cache, self._context.disk, self.check, done, notes.append,
+                    lambda key: self._lasting_of(place, key),
+                )  # fmt: skip
+        return made
+
+    def _memo_done(self, label: str, seconds: float, found: bool, nbytes: int) -> None:
+        if self._over:
+            return
+        self.report.bytes[label] = nbytes
+        if found:
+            self.report.cached.append(label)
+        else:
+            self.report.ran.append(label)
+            self.report.timings[label] = self.report.timings.get(label, 0.0) + seconds
+
+    # -- ends ---------------------------------------------------------------------------------------------------
+
+    def _done(self, place: int, result: Result) -> None:
+        task = self.plan.tasks[place]
+        processor = task.processor
+        assert processor is not None
+        report = self.report
+        # What memos posted belongs before the end of their node.
+        self._context.inbox.serve_waiting()
+        report.ran.append(task.path)
+        report.timings[task.path] = report.timings.get(task.path, 0.0) + result.seconds
+        report.bytes[task.path] = result.nbytes
+        if result.memos:
+            report.memos[task.path] = list(dict.fromkeys(result.memos))
+        if task.path not in report.errors:
+            report.states[task.path] = CLEAN
+        for note in result.notes:
+            if note not in report.notes:
+                self.note(note, task.path)
+        self._results[place] = result
+        if not processor.effect:
+            self._context.cache.put(task.fingerprint, result)
+            if processor.disk_cache and self._context.disk is not None:
+                refused = self._context.disk.put(self._lasting(place), result)
+                if refused:
+                    self.note(f"{task.path}: not kept on disk: {refused}", task.path)
+        self._emit(Event("finished", task.path, seconds=result.seconds, size=task.size, values=result.values))
+        self._release(place)
+        for below in self._below.get(place, ()):
+            waiting = self._missing.get(below)
+            if waiting is not None and place in waiting:
+                waiting.discard(place)
+                if not waiting:
+                    self._settle_or_queue(below)
+
+    def _release(self, place: int) -> None:
+        """Let go of what this task was the last to read, so that little more than what is still read is alive."""
+        task = self.plan.tasks[place]
+        for above in {source for sources in task.feeds.values() for source, _ in sources or ()}:
+            self._readers[above] -= 1
+            if self._readers[above] == 0:
+                self._results.pop(above, None)
+                self._unpin(above)
+        if self._readers.get(place, 0) == 0:
+            self._results.pop(place, None)
+            self._unpin(place)
+
+    def _unpin(self, place: int) -> None:
+        key = self._pins.pop(place, None)
+        if key is not None:
+            self._context.cache.unpin(key)
+
+    def _raised(self, place: int, error: BaseException, stage: str = "process") -> None:
+        """A task ended in an error: remember it, block what stands below, go on with the rest."""
+        task = self.plan.tasks[place]
+        if isinstance(error, Cancelled):
+            raise error
+        if isinstance(error, (KeyboardInterrupt, GeneratorExit)) or self._cancelled():
+            raise Cancelled from error
+        failure = error if isinstance(error, ProcessError) else ProcessError(task.path, stage, error)
+        # The frames of the traceback hold the inputs; its lines are all that is wanted of it.
+        traceback.clear_frames(error.__traceback__)
+        if task.processor is not None and not task.processor.effect:
+            self._context.cache.fail(task.fingerprint, failure)
+        self._fail(place, failure)
+
+    def _fail(self, place: int, error: GraphError) -> None:
+        """A task cannot go on: it failed, or its own declaration or wiring forbids it to start."""
+        path = self.plan.tasks[place].path
+        state = "failed" if isinstance(error, ProcessError) else "blocked"
+        self.report.errors.setdefault(path, error)
+        self._emit(Event(state, path, str(error), error=error))
+        self._block(place, str(error), state)
+
+    def _block(self, place: int, reason: str, state: str) -> None:
+        """Block a task for a reason, and everything below it because of that."""
+        first, below = place, [place]
+        while below:
+            place = below.pop()
+            if place in self._blocked:
+                continue
+            path = self.plan.tasks[place].path
+            text = reason if place == first else f"blocked by {reason}"
+            self._blocked[place] = text
+            self._missing.pop(place, None)
+            if place == first:
+                self.report.states[path] = State(state, text)
+            else:
+                self.report.states[path] = State("blocked", text)
+                self._emit(Event("blocked", path, text))
+            self._release(place)
+            below += self._below.get(place, ())
+
+    # -- telling ------------------------------------------------------------------------------------------------
+
+    def note(self, text: str, path: str = "") -> None:
+        """Say something once, in the report and as an event."""
+        if text not in self.report.notes:
+            self.report.notes.append(text)
+            self._emit(Event("note", path, text))
+
+    def _tell(self, event: Event, here: bool) -> None:
+        """Deliver an event from either thread."""
+        if here:
+            self._emit(event)
+        else:
+            self._context.inbox.post(lambda: None if self._over else self._emit(event))
+
+    def _emit(self, event: Event) -> None:
+        if self._on_event is None:
+            return
+        try:
+            self._on_event(event)
+        except Exception as error:
+            text = f"the observer of this evaluation raised {type(error).__name__}: {error}"
+            if not any(note.startswith("the observer") for note in self.report.notes):
+                self.report.notes.append(text)
+
+    def _show(self) -> None:
+        """Collect what the sinks show; a sink without outputs shows what arrived at its inputs."""
+        tasks, report = self.plan.tasks, self.report
+        for sink, feeds in self.plan.sinks.items():
+            shown = report.shown.setdefault(sink, {})
+            for place, output in feeds:
+                pairs = [(place, output, output)] if output else []
+                if not output and place not in self._blocked:
+                    pairs = [(*feed, port) for port, many in tasks[place].feeds.items() for feed in many or ()]
+                for source, name, label in pairs:
+                    result = self._results.get(source)
+                    if result is not None and name in result.values:
+                        shown[label] = report.values[tasks[place].path, label] = result.values[name]
+
+    def _tell_states(self) -> None:
+        """Everything that neither ran nor failed is clean: it, or what reads it, is kept."""
+        states = self.report.states
+        for task in self.plan.tasks:
+            if task.path not in states and task.path not in self.plan.given:
+                states[task.path] = CLEAN
+
+    # -- keys that last -----------------------------------------------------------------------------------------
+
+    def _lasting(self, place: int) -> bytes:
+        """Fingerprint of a task that another process finds again: given values count by their content."""
+        task = self.plan.tasks[place]
+        if task.stable:
+            return task.fingerprint
+        key = self._lasting_keys.get(place)
+        if key is None:
+            if task.path in self.plan.given:
+                key = content_key(self.plan.given[task.path], task.path)
+            else:
+                parts: list[bytes | str] = []
+                for port, sources in task.feeds.items():
+                    parts += [port, "cut" if sources is None else str(len(sources))]
+                    for source, output in sources or ():
+                        parts += [self._lasting(source), output]
+                key = digest("lasting", task.local.digest, str(len(task.services)), *task.services, *parts)
+            self._lasting_keys[place] = key
+        return key
+
+    def _lasting_of(self, place: int, key: bytes) -> bytes | None:
+        """The lasting key of one of a task's inputs, found by its provenance."""
+        for sources in self.plan.tasks[place].feeds.values():
+            for source, output in sources or ():
+                if provenance(self.plan.tasks[source].fingerprint, output) == key:
+                    return provenance(self._lasting(source), output)
+        return None
