@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from nodegraph.errors import GraphError
 
 if TYPE_CHECKING:
     from nodegraph.processor import Processor
+
+ProcessorClass: TypeAlias = "type[Processor]"
 
 Source = tuple[str, str]
 """Path of a plain, unmuted node and the name of one of its outputs."""
@@ -39,7 +41,7 @@ class FlatNode:
 
     path: str
     type: str
-    processor: type[Processor] | None
+    processor: ProcessorClass | None
     sources: Mapping[str, tuple[Source, ...]]
     wired: Mapping[str, Source]
     values: Mapping[str, Any]
