@@ -1,13 +1,14 @@
 """Run many workspaces: every value of a sweep, every file of a study, on any ``concurrent.futures.Executor``.
 
-A task is plain data (JSON text of a workspace, assignments, files to write), so it travels to another process or machine
-as it is. Each finished task leaves ``task.json`` beside its files, written last; a task whose record names the same
-content is skipped, so an interrupted batch goes on where it stopped.
+A task is plain data (JSON text of a workspace, assignments, files to write), so it travels to another process or
+machine as it is. Each finished task leaves ``task.json`` beside its files, written last; a task whose record names the
+same content is skipped, so an interrupted batch goes on where it stopped.
 """
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import json
 import os
@@ -18,9 +19,12 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-from nodegraph.errors import GraphError, WorkspaceError
+from nodegraph.errors import GraphError, PortError
+
+if TYPE_CHECKING:
+    from nodegraph.engine import Engine
 
 RECORD = "task.json"
 
@@ -31,8 +35,7 @@ class Task:
 
     Attributes:
         name: unique in its batch; names the folder of the task.
-        workspace: JSON text.
-        source: path of the workspace's file; paths in the workspace are relative to its folder.
+        workspace: JSON text; the paths in it are absolute.
         assignments: ``(place, text)`` as in ``--set place=text``.
         outputs: ``(node, file)``: pictures of views, and files of effects.
         folder: where ``task.json`` goes.
@@ -43,7 +46,6 @@ class Task:
 
     name: str
     workspace: str
-    source: str
     folder: str
     assignments: tuple[tuple[str, str], ...] = ()
     outputs: tuple[tuple[str, str], ...] = ()
@@ -96,12 +98,20 @@ def _state_of(path: str) -> tuple[int, int]:
 
 def run_task(task: Task) -> Outcome:
     """Run one task in this process and write its files. Never raises for what a task can do wrong."""
+    from nodegraph import formats
+
     start = time.perf_counter()
     try:
         notes = _write_outputs(task)
-        record = {"digest": task.digest(), "name": task.name, "assignments": dict(task.assignments)}
-        record |= {"seconds": round(time.perf_counter() - start, 3), "files": [file for _, file in task.outputs]}
-        _write_text(Path(task.folder, RECORD), json.dumps(record, indent=1) + "\n")
+        record = {
+            "digest": task.digest(),
+            "name": task.name,
+            "assignments": dict(task.assignments),
+            "seconds": round(time.perf_counter() - start, 3),
+            "files": [file for _, file in task.outputs],
+        }
+        with formats.replacing(Path(task.folder, RECORD)) as part:
+            part.write_text(json.dumps(record, indent=1) + "\n", "utf-8")
     except GraphError as error:
         return Outcome(task.name, "failed", str(error), error.exit_code, time.perf_counter() - start)
     except OSError as error:
@@ -114,14 +124,34 @@ def run_task(task: Task) -> Outcome:
     return Outcome(task.name, "done", "", 0, time.perf_counter() - start, files, notes=tuple(notes))
 
 
-def _write_text(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    torn = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        torn.write_text(text, "utf-8")
-        os.replace(torn, path)
-    finally:
-        torn.unlink(missing_ok=True)
+def _write_outputs(task: Task) -> list[str]:
+    """Evaluate a task and write its pictures; what effects write they write themselves. Returns the report's notes."""
+    from nodegraph import workspace
+    from nodegraph.overrides import assign
+    from nodegraph.pictures import images_of, is_effect, write_picture
+
+    network = workspace.loads(task.workspace)
+    for place, text in task.assignments:
+        assign(network, place, text)
+    flat = network.flatten()
+    Path(task.folder).mkdir(parents=True, exist_ok=True)
+    report = _engine(task.device).evaluate(network, [sink for sink, _ in task.outputs], size=task.size)
+    report.raise_first()
+    for sink, file in task.outputs:
+        if not is_effect(flat, sink):
+            images = images_of(report, [sink])
+            if len(images) != 1:
+                raise PortError(f"{sink}: shows {len(images)} pictures where one was expected; name it as node.output")
+            write_picture(next(iter(images.values())), Path(file), network)
+    return report.notes
+
+
+@functools.cache
+def _engine(device: str) -> Engine:
+    """The engine of this worker process: opening a device and reading a volume once serves all its tasks."""
+    from nodegraph.engine import Engine
+
+    return Engine(device=device)
 
 
 def run_tasks(

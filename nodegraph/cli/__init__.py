@@ -1,8 +1,8 @@
 """The command line: ``nodegraph COMMAND ...``, one file for each command.
 
-A command's file offers ``configure(parser)`` and ``run(arguments) -> exit code``, and is imported only when it is the one
-that was asked for. Exit codes: 0 fine, 1 a processor failed, 2 bad input, 130 interrupted. A mistake of the user is one
-sentence on the error stream; anything else is a mistake of ours and shows its traceback.
+A command's file offers ``configure(parser)`` and ``run(arguments) -> exit code``, and is imported only when it is the
+one that was asked for. Exit codes: 0 fine, 1 a processor failed, 2 bad input, 130 interrupted. A mistake of the user is
+one sentence on the error stream; anything else is a mistake of ours and shows its traceback.
 """
 
 from __future__ import annotations
@@ -81,5 +81,11 @@ def _overview() -> str:
     width = max(map(len, COMMANDS))
     lines = [f"  {name:{width}}  {text}" for name, text in COMMANDS.items()]
     return "\n".join(
-        ["usage: nodegraph COMMAND ...", "", *lines, "", "nodegraph COMMAND --help tells more; --version tells the version."]
+        [
+            "usage: nodegraph COMMAND ...",
+            "",
+            *lines,
+            "",
+            "nodegraph COMMAND --help tells more; --version tells the version.",
+        ]
     )

@@ -1,0 +1,67 @@
+"""Describe a data file from its header, or say what a workspace holds and whether it could run."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from typing import Any
+
+from nodegraph.cli.opening import open_workspace
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="data file, picture or workspace")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    suffix = os.path.splitext(arguments.file)[1].lower()
+    told: dict[str, Any] = {}
+    if suffix != ".json":
+        from nodegraph import formats
+
+        told |= formats.info(arguments.file)
+    if suffix == ".json" or (suffix == ".png" and _carries_workspace(arguments.file)):
+        told |= _workspace(arguments.file)
+    if arguments.json:
+        print(json.dumps(told, indent=1))
+        return 0
+    width = max(map(len, told))
+    for name, value in told.items():
+        if isinstance(value, dict):
+            print(f"{name}:")
+            for inner, text in value.items():
+                print(f"  {inner}: {text}")
+        else:
+            print(f"{name:{width}}  {_plain(value)}")
+    return 0
+
+
+def _carries_workspace(file: str) -> bool:
+    from nodegraph.formats import png
+
+    return png.read_workspace(file) is not None
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, (list, tuple)):
+        return " ".join(map(_plain, value))
+    return str(value)
+
+
+def _workspace(file: str) -> dict[str, Any]:
+    from nodegraph.plan import default_sinks
+
+    network = open_workspace(file)
+    flat = network.flatten()
+    told: dict[str, Any] = {"workspace": file, "nodes": {path: node.type for path, node in flat.nodes.items()}}
+    if network.variables:
+        told["variables"] = {name: variable.kind for name, variable in network.variables.items()}
+    told["views and effects"] = default_sinks(flat)
+    problems = {path: str(node.problem) for path, node in flat.nodes.items() if node.problem is not None}
+    if problems:
+        told["problems"] = problems
+    return told

@@ -1,0 +1,33 @@
+"""List the processors of this installation and its plug-ins; those that cannot be loaded with the reason."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("words", nargs="*", metavar="WORD", help="only processors whose id or text has all these words")
+    parser.add_argument("--json", action="store_true", help="print every declaration as one JSON document")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from nodegraph import registry
+
+    wanted = [word.lower() for word in arguments.words]
+    entries = [
+        entry
+        for entry in registry.catalogue()
+        if all(word in f"{entry['id']} {entry.get('doc', '')}".lower() for word in wanted)
+    ]
+    if arguments.json:
+        print(json.dumps(entries, indent=1))
+        return 0
+    width = max((len(entry["id"]) for entry in entries), default=0)
+    for entry in entries:
+        if "unavailable" in entry:
+            text = f"unavailable: {entry['unavailable']} ({entry['file']})"
+        else:
+            text = entry["doc"].split("\n", 1)[0]
+        print(f"{entry['id']:{width}}  {text}")
+    return 0

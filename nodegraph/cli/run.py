@@ -1,0 +1,106 @@
+"""Run a workspace: all its views and effects, or those named by --view.
+
+Pictures go to OUT/<node>.png, by default into the current folder; an OUT that ends in .png or .exr is one file and
+needs exactly one view. FILE is a workspace, or a picture that carries the workspace that made it. The files that were
+written are printed, one a line.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+from nodegraph.cli.arguments import add_run_options
+from nodegraph.cli.destination import Destination
+from nodegraph.cli.opening import open_workspace
+from nodegraph.cli.terminal import Progress, say
+
+if TYPE_CHECKING:
+    from nodegraph.report import Event, Report
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png) that carries one")
+    add_run_options(parser)
+    parser.add_argument("--out", default=".", metavar="PATH", help="folder of the pictures, or one file (.png, .exr)")
+    parser.add_argument(
+        "--json", action="store_true", help="print states, timings, bytes and files as one JSON document"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from nodegraph.engine import Engine
+    from nodegraph.pictures import images_of, views_of, write_picture
+
+    start = time.perf_counter()
+    network = open_workspace(arguments.file, arguments.set)
+    sinks = arguments.view or None
+    views = views_of(network.flatten(), sinks)
+    destination = Destination(arguments.out, views)
+
+    engine = Engine(device=arguments.device)
+    try:
+        with Progress() as progress:
+            report = engine.evaluate(network, sinks, size=arguments.size, on_event=lambda event: _show(progress, event))
+        files = []
+        for name, image in images_of(report, views).items():
+            path = destination.file_for(name)
+            write_picture(image, path, network)
+            files.append(str(path))
+    finally:
+        engine.close()
+    if arguments.json:
+        print(json.dumps(document(report, arguments.file, files, time.perf_counter() - start), indent=1))
+    else:
+        for file in files:
+            print(file)
+    sys.stdout.flush()
+    tell(report)
+    return report.exit_code
+
+
+def _show(progress: Progress, event: Event) -> None:
+    if event.kind == "started":
+        progress.show(event.path)
+    elif event.kind == "progress":
+        progress.show(f"{event.path} {event.text}".rstrip(), event.fraction)
+
+
+def tell(report: Report) -> None:
+    """Say what went wrong, and what went another way than planned."""
+    for note in report.notes:
+        say(note)
+    for error in report.errors.values():
+        say(str(error))
+    blocked = [path for path, state in report.states.items() if state == "blocked" and path not in report.errors]
+    if blocked and report.errors:
+        say(f"not run because of that: {', '.join(blocked)}")
+
+
+def document(report: Report, file: str, files: list[str], seconds: float) -> dict[str, Any]:
+    """What ``--json`` prints."""
+    nodes: dict[str, dict[str, Any]] = {}
+    for path, state in report.states.items():
+        told: dict[str, Any] = {"state": str(state)}
+        if state.reason:
+            told["reason"] = state.reason
+        nodes[path] = told
+    for path, taken in report.timings.items():
+        nodes.setdefault(path, {})["seconds"] = round(taken, 6)
+    for path, size in report.bytes.items():
+        nodes.setdefault(path, {})["bytes"] = size
+    return {
+        "file": file,
+        "ok": report.ok,
+        "exit_code": report.exit_code,
+        "seconds": round(seconds, 6),
+        "files": files,
+        "ran": report.ran,
+        "cached": report.cached,
+        "nodes": nodes,
+        "errors": {path: str(error) for path, error in report.errors.items()},
+        "notes": report.notes,
+    }
