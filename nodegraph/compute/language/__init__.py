@@ -6,7 +6,10 @@ Text in, text out: this package imports the standard library only and touches no
 from __future__ import annotations
 
 from .module import FieldDecl, FieldSlot, Layout, Leaf, Module, OutputDecl, Uniform
+from .print_glsl import print_glsl
+from .print_opencl import print_opencl
 from .storage_types import Storage
+from .translate import compile
 from .types import Array, Field, Matrix, Numeric, Struct, Type
 
 __all__ = [
@@ -24,4 +27,7 @@ __all__ = [
     "Struct",
     "Type",
     "Uniform",
+    "compile",
+    "print_glsl",
+    "print_opencl",
 ]
