@@ -1,4 +1,4 @@
-"""How data/chest.nii.gz was made from the original of 10.5 MB. Needs SciPy; run: python data/make_chest.py ORIGINAL
+"""How data/cta_chest.nii.gz was made from the original of 10.5 MB. Needs SciPy; run: python data/make_cta_chest.py ORIGINAL
 
 The grid, its place and its type are those of the original. Numbers change like this:
 
@@ -33,4 +33,4 @@ def reduce(original: np.ndarray) -> np.ndarray:
 if __name__ == "__main__":
     volume = formats.read(sys.argv[1])
     assert isinstance(volume, Volume)
-    formats.write(volume.with_data(reduce(volume.data)), Path(__file__).parent / "chest.nii.gz")
+    formats.write(volume.with_data(reduce(volume.data)), Path(__file__).parent / "cta_chest.nii.gz")
