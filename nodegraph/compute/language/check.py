@@ -69,9 +69,9 @@ class _Checker(StatementChecker):
 
     # Declarations
 
-    def new(self, name: str, line: int) -> None:
-        """Refuse a global name that is taken."""
-        if name in builtins.NAMES:
+    def new(self, name: str, line: int, callable: bool = True) -> None:
+        """Refuse a global name that is taken. Values may bear the name of a built-in (``uniform float step``)."""
+        if callable and name in builtins.NAMES:
             raise self.fail(line, f"{name} is a built-in function: choose another name")
         if name in ENTRIES and name not in self.functions:
             raise self.fail(line, f"{name} is the name of an entry function: choose another name")
@@ -95,7 +95,7 @@ class _Checker(StatementChecker):
             raise self.fail(decl.line, f"{decl.name} holds more than {MAX_NUMBERS} numbers")
 
     def declare_global(self, decl: s.GlobalDecl) -> None:
-        self.new(decl.name, decl.line)
+        self.new(decl.name, decl.line, callable=False)
         if decl.value is not None:
             self.value(decl.value)
         type = self.resolve(decl.written, decl.value)

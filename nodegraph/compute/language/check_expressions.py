@@ -210,8 +210,6 @@ class ExpressionChecker:
     # Calls
 
     def check_call(self, expr: s.Call) -> Type:
-        if self.find(expr.name) is not None:
-            raise self.fail(expr.line, f"{expr.name} is a variable here, not a function")
         if expr.name in builtins.ACCESSORS:
             expr.target = "field"
             return self.accessor(expr)
@@ -231,6 +229,8 @@ class ExpressionChecker:
             return self.numeric_constructor(expr, named)
         if named is not None:
             raise self.fail(expr.line, f"{expr.name} cannot be constructed")
+        if self.find(expr.name) is not None:
+            raise self.fail(expr.line, f"{expr.name} is a variable here, not a function")
         hint = near_miss(expr.name, sorted(builtins.NAMES | set(self.functions) | set(self.structs)))
         raise self.fail(expr.line, f"there is no function {expr.name}{hint}")
 

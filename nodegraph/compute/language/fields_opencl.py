@@ -39,7 +39,8 @@ def accessor_text(printer: _OpenclPrinter, name: str, ref: FieldRef) -> str:
     slot = next(s for s in printer.slots if s.sampler == ref.stem)
     sizes = [f"ints[{slot.size_offset + axis}]" for axis in range(n)]
     if verb == "size":
-        return f"{head} {{ return {sizes[0] if n == 1 else f'({_INT[n]})({", ".join(sizes)})'}; }}"
+        size = sizes[0] if n == 1 else f"({_INT[n]})({', '.join(sizes)})"
+        return f"{head} {{ return {size}; }}"
     body = _fetch if verb == "fetch" else _sample
     return f"{head} {{\n{body(printer, ref, slot, sizes)}}}"
 
