@@ -62,7 +62,7 @@ def _lines(findings: list[Finding]) -> list[str]:
     told = _document(findings)
     lines = [f"nodegraph {told['nodegraph']}, Python {told['python']}, {told['platform']}", ""]
     for finding in findings:
-        mark = "chosen" if finding.chosen else "also there" if finding.available else "missing"
+        mark = "ready" if finding.chosen else "also there" if finding.available else "missing"
         kind = "hardware" if finding.hardware else "software"
         lines.append(
             f"{finding.name:5} {mark:10} {f'{finding.description}, {kind}' if finding.available else ''}".rstrip()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+from pathlib import Path
 from typing import Any
 
 from nodegraph.cli.opening import open_workspace
@@ -41,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _carries_workspace(file: str) -> bool:
     from nodegraph.formats import png
 
-    return png.read_workspace(file) is not None
+    return png.read_workspace(Path(file)) is not None
 
 
 def _plain(value: Any) -> str:
