@@ -25,7 +25,7 @@ uniform               Float, Int, Bool, Vector, Matrix by type; a vec3 or vec4 c
 
 Bound by themselves, when declared: ``uniform vec2 T_lookup`` (scale and offset from a value to a row of table T),
 ``uniform vec3 V_spacing`` (mm), ``uniform mat4 V_to_world`` and ``V_from_world`` of volume V, and
-``uniform ivec2 size`` (ivec3 for voxels) of the result.
+``uniform ivec2 result_size`` (ivec3 for voxels).
 
 ``pixel`` gives an Image, as large as the first input image, else as was asked for; a struct of ``vec4 color`` and
 ``float depth`` gives an Image with depth. ``voxel`` gives, on the grid of the first field, a Volume, or Labels when it
@@ -64,6 +64,7 @@ _ENTRY = re.compile(r"^\s*(\w+)\s+(pixel|voxel)\s*\(", re.MULTILINE)
 _STRUCT = re.compile(r"struct\s+(\w+)\s*\{(.*?)\}", re.DOTALL)
 _MEMBER = re.compile(r"(\w+)\s+(\w+)\s*;")
 _VECTOR = re.compile(r"([iu]?)vec([234])")
+_TAKEN = {"kernel", "size", "defines", "check", "progress"}  # arguments of device.run
 _AUTOMATIC = {"lookup": "vec2", "spacing": "vec3", "to_world": "mat4", "from_world": "mat4"}
 
 
@@ -203,8 +204,10 @@ def _automatic(each: Declared, names: set[str], entry: str, file: str) -> bool:
     if not each.uniform:
         return False
     owner, expected = "", ""
-    if each.name == "size":
-        owner, expected = "size", "ivec2" if entry == "pixel" else "ivec3"
+    if each.name in _TAKEN:
+        raise ShaderError(f"{each.name} is a word of the device; choose another name", file=file, line=each.line)
+    if each.name == "result_size":
+        owner, expected = each.name, "ivec2" if entry == "pixel" else "ivec3"
     for suffix, type in _AUTOMATIC.items():
         if each.name.endswith(f"_{suffix}") and each.name[: -len(suffix) - 1] in names:
             owner, expected = each.name[: -len(suffix) - 1], type
@@ -356,7 +359,7 @@ def _bound(each: Declared, given: dict[str, Any], size: tuple[int, ...], grids: 
         if each.type == "Camera":
             return value.rays(size, grids[0].world_to_index if grids else None)
         return value
-    if each.name == "size":
+    if each.name == "result_size":
         return size
     owner, suffix = next(
         (each.name[: -len(suffix) - 1], suffix) for suffix in _AUTOMATIC if each.name.endswith(f"_{suffix}")
