@@ -16,6 +16,15 @@ from nodegraph.errors import ParameterError, near_miss
 RESERVED = ("kernel", "size", "defines", "check", "progress")
 """Names of the arguments of `Device.run`: no uniform can be bound under these."""
 
+NAMED_OUTPUTS = {
+    "float": Numeric("float"),
+    "vec2": Numeric("float", 2),
+    "vec4": Numeric("float", 4),
+    "int": Numeric("int"),
+    "uint": Numeric("uint"),
+}
+"""What a kernel or a shader may return for each pixel."""
+
 _MISSING = object()
 _LIMITS = {"int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
 _tables: weakref.WeakKeyDictionary[Any, Buffer] = weakref.WeakKeyDictionary()
@@ -50,14 +59,23 @@ def check_names(module: Module, bindings: Mapping[str, Any], kernel: str) -> Non
             raise ParameterError(f"{kernel}.{name}: the kernel reads it and nothing is bound to it{near}")
 
 
-def leaf_values(module: Module, layout: Layout, bindings: Mapping[str, Any], kernel: str) -> list[Array]:
-    """Return the numbers of every leaf of a layout, in its order: float64, int64 or uint64, flat."""
+def leaf_values(module: Module, layout: Layout, bindings: Mapping[str, Any], kernel: str, real: Any) -> list[Array]:
+    """Return the numbers of every leaf of a layout, in its order: float64 or int64, flat.
+
+    ParameterError for what does not fit its type, a real beyond the range of the device's ``real`` included.
+    """
     uniforms = {uniform.name: uniform for uniform in module.uniforms}
     values = []
+    largest = float(np.finfo(real).max)
     for leaf in layout.leaves:
         uniform = uniforms[str(leaf.path[0])]
         value = bindings.get(uniform.name, uniform.default)
-        values.append(_numbers(leaf, _descend(value, leaf, uniform, kernel), kernel))
+        numbers = _numbers(leaf, _descend(value, leaf, uniform, kernel), kernel)
+        if numbers.dtype == np.float64 and largest < 1e300:
+            beyond = (np.abs(numbers) > largest) & np.isfinite(numbers)
+            if beyond.any():
+                raise ParameterError(f"{_place(kernel, leaf)}: {numbers[beyond][0]:g} is beyond single precision")
+        values.append(numbers)
     return values
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nodegraph import shaders
+from nodegraph import locations, shaders
 from nodegraph.compute import language
 from nodegraph.compute.bindings import check_names, field_sources, leaf_values
 from nodegraph.compute.language import Layout, Module, OutputDecl, Storage
@@ -24,7 +24,7 @@ from nodegraph.compute.memory import Budget, Entry, Memory
 from nodegraph.compute.storage import Placement, choose
 from nodegraph.compute.strips import Pace, boxes, run_in_strips
 from nodegraph.data.buffer import Array, Buffer
-from nodegraph.errors import DeviceError, ParameterError, ShaderError, near_miss
+from nodegraph.errors import DeviceError, ParameterError, ShaderError
 
 Size = tuple[int, int, int]
 Defines = Mapping[str, int | float | bool]
@@ -53,6 +53,7 @@ class Job:
     """All that one dispatch needs: ``size`` is (x, y, z), z 1 for pixels; ``values`` are flat, one array per leaf."""
 
     program: Program
+    volume: bool
     size: Size
     values: list[Array]
     slots: list[Slot]
@@ -110,7 +111,7 @@ class Device(ABC):
 
     def __init__(self, budget: Budget | int | None = None, roots: Sequence[Path | str] | None = None) -> None:
         self.memory = Memory(budget, name=self.name)
-        self.roots: list[Path | str] = list(builtin_roots() if roots is None else roots)
+        self.roots: list[Path | str] = [locations.shaders()] if roots is None else list(roots)
         self.call: Callable[[Callable[[], None]], object] | None = None
         self._thread = threading.get_ident()
         self._closed = False
@@ -157,7 +158,7 @@ class Device(ABC):
         program = self._variants.get(variant)
         if program is None:
             program = self._variants[variant] = self._program(source, module, storages)
-        values = leaf_values(module, program.layout, bindings, label)
+        values = leaf_values(module, program.layout, bindings, label, self.real)
 
         held: list[Entry] = []
         try:
@@ -170,18 +171,18 @@ class Device(ABC):
                 slots.append(Slot(entry, placement))
             outputs = []
             for output in program.layout.outputs:
-                buffer, entry = self._make(output, grid, module.entry, label)
+                buffer, entry = self.make_output(output, grid, module.entry, label)
                 entry.pins += 1
                 held.append(entry)
                 outputs.append((output.name, buffer, entry))
-            job = Job(program, grid, values, slots, [entry.object for _, _, entry in outputs])
+            job = Job(program, module.entry == "voxel", grid, values, slots, [entry.object for _, _, entry in outputs])
             self._dispatch(job, check, progress)
         finally:
             for entry in held:
                 entry.pins -= 1
         if len(outputs) == 1 and outputs[0][0] == "":
             return outputs[0][1]
-        return _tuple_type(tuple(name for name, _, _ in outputs), label)(*(buffer for _, buffer, _ in outputs))
+        return named_outputs(tuple(name for name, _, _ in outputs), label)(*(buffer for _, buffer, _ in outputs))
 
     def describe_storage(self, value: Any, kind: str) -> Storage:
         """Return how a Value, Buffer or array would lie on this device as a field of ``kind``; ``loss`` is in it."""
@@ -258,7 +259,7 @@ class Device(ABC):
         if program is None:
             try:
                 handle, objects = self._build(text, layout)
-            except _BuildFailure as failure:
+            except BuildFailure as failure:
                 raise located(failure, layout.files, source) from None
             program = self._programs[text] = Program(handle, layout)
             for thing, nbytes, release in objects:
@@ -275,7 +276,7 @@ class Device(ABC):
         thing, nbytes, release = self._upload(array, placement, where)
         return self.memory.add(thing, nbytes, "input", release, owner=buffer, key=placement.key)
 
-    def _make(self, output: OutputDecl, grid: Size, entry_kind: str, label: str) -> tuple[Buffer, Entry]:
+    def make_output(self, output: OutputDecl, grid: Size, entry_kind: str, label: str) -> tuple[Buffer, Entry]:
         """Allocate one output and the device-born buffer that stands for it."""
         kind = output.type
         shape = grid[1::-1] if entry_kind == "pixel" else grid[::-1]
@@ -331,7 +332,7 @@ class Device(ABC):
 
     # What a subclass brings.
 
-    def make_current(self) -> None:
+    def make_current(self) -> None:  # noqa: B027 (only OpenGL has one)
         """Make the device's context the thread's current one, where there is such a thing."""
 
     @abstractmethod
@@ -352,7 +353,7 @@ class Device(ABC):
 
     @abstractmethod
     def _build(self, text: str, layout: Layout) -> tuple[Any, list[Owned]]:
-        """Build a program; return its handle and the objects that `Memory` shall own. Raises _BuildFailure."""
+        """Build a program; return its handle and the objects that `Memory` shall own. Raises BuildFailure."""
 
     @abstractmethod
     def _upload(self, array: Array, placement: Placement, where: str) -> Owned:
@@ -378,7 +379,7 @@ class Device(ABC):
     def _end(self, job: Job) -> None:
         """Undo what `_begin` left behind, also after a failure."""
 
-    def _verify(self) -> None:
+    def _verify(self) -> None:  # noqa: B027 (OpenCL reports in wait)
         """Raise DeviceError if the device reports that drawing failed."""
 
     @abstractmethod
@@ -389,7 +390,7 @@ class Device(ABC):
 Owned = tuple[Any, int, Callable[[], None]]
 
 
-class _BuildFailure(Exception):
+class BuildFailure(Exception):
     """A driver's compiler refused a program; the argument is its log. `file` and `line` are what it pointed at."""
 
     def __init__(self, message: str, file: str = "", line: int = 0) -> None:
@@ -398,7 +399,7 @@ class _BuildFailure(Exception):
         self.line = line
 
 
-def located(failure: _BuildFailure, files: tuple[str, ...], source: shaders.Source) -> ShaderError:
+def located(failure: BuildFailure, files: tuple[str, ...], source: shaders.Source) -> ShaderError:
     """Turn a driver's message into an error at the author's file and line."""
     name = failure.file
     if name.isdigit() and int(name) < len(files):
@@ -409,12 +410,6 @@ def located(failure: _BuildFailure, files: tuple[str, ...], source: shaders.Sour
         if place in source.places:
             excerpt = source.lines[source.places.index(place)]
     return ShaderError(f"the driver refuses this kernel: {failure}", file=name, line=failure.line, excerpt=excerpt)
-
-
-def builtin_roots() -> list[Path]:
-    """Return the folder of the built-in kernels: inside the package in a wheel, beside it in a checkout."""
-    package = Path(__file__).resolve().parent.parent
-    return [folder for folder in (package / "shaders", package.parent / "shaders") if folder.is_dir()][:1]
 
 
 def _stamps(paths: tuple[str, ...]) -> tuple[Any, ...]:
@@ -444,17 +439,12 @@ def _grid(size: Sequence[int], entry: str, label: str) -> Size:
 _tuple_types: dict[tuple[str, ...], Any] = {}
 
 
-def _tuple_type(names: tuple[str, ...], label: str) -> Any:
+def named_outputs(names: tuple[str, ...], label: str) -> Any:
     """Return the named tuple class for several outputs."""
     found = _tuple_types.get(names)
     if found is None:
         try:
-            found = _tuple_types[names] = namedtuple("Outputs", names)  # noqa: PYI024 (names are known at run time only)
+            found = _tuple_types[names] = namedtuple("Outputs", names)
         except ValueError as error:
             raise ShaderError(f"{label}: an output has a name that Python cannot use: {error}") from None
     return found
-
-
-def unknown_device(name: str, known: Sequence[str]) -> DeviceError:
-    """Return the error for a device name that does not exist at all."""
-    return DeviceError(f"{name}: no such device{near_miss(name, known)}; choose one of {', '.join(known)}")

@@ -19,10 +19,11 @@ import numpy as np
 
 from nodegraph.compute import gl_calls as gl
 from nodegraph.compute import language
-from nodegraph.compute.device import Device, Job, Owned, _BuildFailure
+from nodegraph.compute.device import Device, Job, Owned, BuildFailure
 from nodegraph.compute.gl_calls import Calls
 from nodegraph.compute.language import Layout, Matrix, Module, Storage
 from nodegraph.compute.memory import Budget, Entry
+from nodegraph.compute.rasterise import Rasteriser
 from nodegraph.compute.storage import Placement
 from nodegraph.data.buffer import Array
 from nodegraph.errors import DeviceError, DeviceMissing
@@ -43,7 +44,7 @@ _NORMALISED = {"u1": "f1", "u2": "nu2"}
 _FORMATS = {1: 0x1903, 2: 0x8227, 4: 0x1908}
 _INTEGER_FORMATS = {1: 0x8D94, 2: 0x8228, 4: 0x8D99}
 _TYPES = {"u1": 0x1401, "u2": 0x1403, "u4": 0x1405, "i4": 0x1404, "f2": 0x140B, "f4": 0x1406}
-# How drivers write a place: Mesa "0:12(5): error: ...", NVIDIA "0(12) : error C...", macOS and Intel "ERROR: 0:12: ...".
+# How drivers write a place: Mesa "0:12(5): error: ...", NVIDIA "0(12) : error ...", others "ERROR: 0:12: ...".
 _PLACES = (
     re.compile(r"^(?P<file>\d+):(?P<line>\d+)\(\d+\): error: (?P<text>.*)$", re.M),
     re.compile(r"^(?P<file>\d+)\((?P<line>\d+)\) : error (?P<text>.*)$", re.M),
@@ -52,12 +53,13 @@ _PLACES = (
 _current = threading.local()
 
 
-class _Handle:
+class Handle:
     """A linked program, its uniforms by name, and what was last written to them."""
 
     def __init__(self, program: Any) -> None:
         self.program = program
-        self.uniforms = {name: program[name] for name in program}
+        # Vertex attributes are members of the program too; they have no format to write in.
+        self.uniforms = {name: program[name] for name in program if hasattr(program[name], "fmt")}
         self.written: dict[str, bytes] = {}
 
     def write(self, name: str, numbers: Array) -> None:
@@ -78,11 +80,12 @@ class GLDevice(Device):
     real = np.dtype(np.float32)
 
     def __init__(self, budget: Budget | int | None = None, roots: Sequence[Path | str] | None = None) -> None:
-        self._context = open_context()
+        self.context = open_context()
         super().__init__(budget, roots)
+        self._raster: Rasteriser | None = None
         _current.device = self
-        self._calls = Calls()
-        info = self._context.info
+        self.calls = Calls()
+        info = self.context.info
         renderer, version = str(info["GL_RENDERER"]), str(info["GL_VERSION"])
         self.description = f"{renderer}, OpenGL {version}"
         self.is_hardware = not any(word in renderer.lower() for word in _SOFTWARE)
@@ -91,7 +94,7 @@ class GLDevice(Device):
         # llvmpipe works in tiles of 64 x 64: a strip that cuts tiles leaves threads idle.
         self.strip_multiple = 64 if llvmpipe else 1
         self.limits = {
-            "version": int(self._context.version_code),
+            "version": int(self.context.version_code),
             "texture_2d": int(info["GL_MAX_TEXTURE_SIZE"]),
             "texture_3d": int(info["GL_MAX_3D_TEXTURE_SIZE"]),
             "object_bytes": LLVMPIPE_OBJECT_BYTES if llvmpipe else None,
@@ -101,20 +104,27 @@ class GLDevice(Device):
             "filtering": llvmpipe or os.environ.get("NODEGRAPH_FILTER") == "hardware",
         }
         names = (ctypes.c_uint * 2)()
-        self._calls.gen_framebuffers(1, ctypes.byref(names, 0))
-        self._calls.gen_vertex_arrays(1, ctypes.byref(names, 4))
-        self._framebuffer, self._vertex_array = int(names[0]), int(names[1])
+        self.calls.gen_framebuffers(1, ctypes.byref(names, 0))
+        self.calls.gen_vertex_arrays(1, ctypes.byref(names, 4))
+        self.framebuffer, self._vertex_array = int(names[0]), int(names[1])
         self.memory.add(names, 0, "scratch", self._free_names)
 
     def _free_names(self) -> None:
-        self._calls.delete_framebuffers(1, ctypes.byref(ctypes.c_uint(self._framebuffer)))
-        self._calls.delete_vertex_arrays(1, ctypes.byref(ctypes.c_uint(self._vertex_array)))
+        self.calls.delete_framebuffers(1, ctypes.byref(ctypes.c_uint(self.framebuffer)))
+        self.calls.delete_vertex_arrays(1, ctypes.byref(ctypes.c_uint(self._vertex_array)))
 
     def make_current(self) -> None:
         # Several devices may take turns on one thread. `with context:` would leave none current at its end.
         if getattr(_current, "device", None) is not self:
-            self._context.mglo.__enter__()
+            self.context.mglo.__enter__()
             _current.device = self
+
+    @property
+    def raster(self) -> Rasteriser:
+        """The service ``gl``: draws meshes."""
+        if self._raster is None:
+            self._raster = Rasteriser(self)
+        return self._raster
 
     # Text and programs.
 
@@ -127,25 +137,24 @@ class GLDevice(Device):
                 f"gl: a kernel with {len(layout.slots)} fields and {len(layout.outputs)} outputs passes this driver's "
                 f"limits of {self.limits['fields']} and {self.limits['outputs']}"
             )
-        program = self.make_program(_VERTEX, text)
-        handle = _Handle(program)
+        handle = self.make_handle(_VERTEX, text)
         for unit, slot in enumerate(layout.slots):
             handle.write(slot.sampler, np.array([unit], np.int32))
-        return handle, [(program, len(text), program.release)]
+        return handle, [(handle.program, len(text), handle.program.release)]
 
-    def make_program(self, vertex: str, fragment: str) -> Any:
-        """Compile and link; the driver's first complaint becomes the message of a _BuildFailure."""
+    def make_handle(self, vertex: str, fragment: str) -> Handle:
+        """Compile and link; the driver's first complaint becomes the message of a BuildFailure."""
         import moderngl
 
         try:
-            return self._context.program(vertex_shader=vertex, fragment_shader=fragment)
+            return Handle(self.context.program(vertex_shader=vertex, fragment_shader=fragment))
         except moderngl.Error as error:
             log = str(error)
             for pattern in _PLACES:
                 found = pattern.search(log)
                 if found:
-                    raise _BuildFailure(found["text"].strip(), found["file"], int(found["line"])) from None
-            raise _BuildFailure(log.strip().splitlines()[-1] if log.strip() else "no message") from None
+                    raise BuildFailure(found["text"].strip(), found["file"], int(found["line"])) from None
+            raise BuildFailure(log.strip().splitlines()[-1] if log.strip() else "no message") from None
 
     # Textures.
 
@@ -163,27 +172,27 @@ class GLDevice(Device):
 
     def make_texture(self, placement: Placement, where: str) -> Owned:
         """Make a texture without data; memory is reserved already."""
-        self._calls.get_error()
+        self.calls.get_error()
         kind = placement.storage.sampler
         element = placement.storage.element
         dtype = element if kind or element[0] == "f" else _NORMALISED[element]
         size = placement.shape[::-1] if len(placement.shape) > 1 else (placement.shape[0], 1)
-        make = self._context.texture3d if len(size) == 3 else self._context.texture
+        make = self.context.texture3d if len(size) == 3 else self.context.texture
         texture = make(size, placement.texture_components, dtype=dtype)
         texture.repeat_x = texture.repeat_y = False
         if len(size) == 3:
             texture.repeat_z = False
         smooth = self.limits["filtering"] and not kind and element != "u1"
-        mode = self._context.LINEAR if smooth else self._context.NEAREST
+        mode = self.context.LINEAR if smooth else self.context.NEAREST
         texture.filter = (mode, mode)
-        self._require_no_error(f"a texture of {'x'.join(map(str, size))} for {where}", texture.release)
+        self.require_no_error(f"a texture of {'x'.join(map(str, size))} for {where}", texture.release)
         return texture, placement.nbytes, texture.release
 
     def _upload(self, array: Array, placement: Placement, where: str) -> Owned:
         self.memory.reserve(placement.nbytes, where)
         texture, nbytes, release = self._allocate(placement, where)
         form, kind = _transfer(placement)
-        calls = self._calls
+        calls = self.calls
         calls.active_texture(gl.TEXTURE0)
         calls.pixel_store(gl.UNPACK_ALIGNMENT, 1)
         target = gl.TEXTURE_3D if len(placement.shape) == 3 else gl.TEXTURE_2D
@@ -197,7 +206,7 @@ class GLDevice(Device):
                 calls.tex_sub_image_2d(target, 0, 0, first, slab.shape[1], slab.shape[0], form, kind, data)
             else:
                 calls.tex_sub_image_2d(target, 0, first, 0, slab.shape[0], 1, form, kind, data)
-        self._require_no_error(f"the upload of {where}", release)
+        self.require_no_error(f"the upload of {where}", release)
         return texture, nbytes, release
 
     def read(self, entry: Entry, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Array:
@@ -206,17 +215,17 @@ class GLDevice(Device):
         form = (_FORMATS if dtype.kind == "f" else _INTEGER_FORMATS)[texture.components]
         # glGetTexImage needs no finish before it: called through ctypes it waits without the GIL.
         target = gl.TEXTURE_3D if len(texture.size) == 3 else gl.TEXTURE_2D
-        self._calls.active_texture(gl.TEXTURE0)
-        self._calls.bind_texture(target, texture.glo)
-        self._calls.pixel_store(gl.PACK_ALIGNMENT, 1)
-        self._calls.get_tex_image(target, 0, form, _TYPES[f"{dtype.kind}{dtype.itemsize}"], out.ctypes.data)
-        self._require_no_error("reading a result")
+        self.calls.active_texture(gl.TEXTURE0)
+        self.calls.bind_texture(target, texture.glo)
+        self.calls.pixel_store(gl.PACK_ALIGNMENT, 1)
+        self.calls.get_tex_image(target, 0, form, _TYPES[f"{dtype.kind}{dtype.itemsize}"], out.ctypes.data)
+        self.require_no_error("reading a result")
         return out
 
     # One dispatch.
 
     def _begin(self, job: Job) -> None:
-        calls, handle, layout = self._calls, job.program.handle, job.program.layout
+        calls, handle, layout = self.calls, job.program.handle, job.program.layout
         calls.get_error()
         for leaf, numbers in zip(layout.leaves, job.values, strict=True):
             base = "float" if isinstance(leaf.type, Matrix) else leaf.type.base
@@ -231,7 +240,7 @@ class GLDevice(Device):
             handle.write(wanted.inverse, (1.0 / size).astype(np.float32))
             mapping = (storage.scale, storage.offset, storage.scale * storage.unorm)
             handle.write(wanted.mapping, np.array(mapping, np.float32))
-        calls.bind_framebuffer(gl.FRAMEBUFFER, self._framebuffer)
+        calls.bind_framebuffer(gl.FRAMEBUFFER, self.framebuffer)
         self._attach(job, 0)
         count = len(job.targets)
         calls.draw_buffers(count, (ctypes.c_uint * count)(*range(gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT0 + count)))
@@ -246,45 +255,44 @@ class GLDevice(Device):
 
     def _attach(self, job: Job, z: int) -> None:
         """Draw into slice z of every target; a picture has one slice."""
-        volume = bool(job.program.layout.slice)
         for i, texture in enumerate(job.targets):
             point = gl.COLOR_ATTACHMENT0 + i
-            if volume:
-                self._calls.framebuffer_layer(gl.FRAMEBUFFER, point, texture.glo, 0, z)
+            if job.volume:
+                self.calls.framebuffer_layer(gl.FRAMEBUFFER, point, texture.glo, 0, z)
             else:
-                self._calls.framebuffer_texture(gl.FRAMEBUFFER, point, gl.TEXTURE_2D, texture.glo, 0)
+                self.calls.framebuffer_texture(gl.FRAMEBUFFER, point, gl.TEXTURE_2D, texture.glo, 0)
 
     def _warm_up(self, job: Job) -> None:
-        self._calls.scissor(0, 0, 1, 1)
-        self._calls.draw_arrays(gl.TRIANGLES, 0, 3)
-        self._calls.finish()
+        self.calls.scissor(0, 0, 1, 1)
+        self.calls.draw_arrays(gl.TRIANGLES, 0, 3)
+        self.calls.finish()
 
     def _draw(self, job: Job, y: int, rows: int, z: int, slices: int) -> None:
-        self._calls.scissor(0, y, job.size[0], rows)
-        if not job.program.layout.slice:
-            self._calls.draw_arrays(gl.TRIANGLES, 0, 3)
+        self.calls.scissor(0, y, job.size[0], rows)
+        if not job.volume:
+            self.calls.draw_arrays(gl.TRIANGLES, 0, 3)
             return
         for at in range(z, z + slices):
             # Drawing into a layer of the 3-D texture needs no copy; it is 1.5 times as fast as a compute shader here.
             self._attach(job, at)
             job.program.handle.write(job.program.layout.slice, np.array([at], np.int32))
-            self._calls.draw_arrays(gl.TRIANGLES, 0, 3)
+            self.calls.draw_arrays(gl.TRIANGLES, 0, 3)
 
     def _end(self, job: Job) -> None:
         # A texture that stays attached would outlive its release.
         for i in range(len(job.targets)):
             point = gl.COLOR_ATTACHMENT0 + i
-            self._calls.framebuffer_texture(gl.FRAMEBUFFER, point, gl.TEXTURE_2D, 0, 0)
-        self._calls.disable(gl.SCISSOR_TEST)
+            self.calls.framebuffer_texture(gl.FRAMEBUFFER, point, gl.TEXTURE_2D, 0, 0)
+        self.calls.disable(gl.SCISSOR_TEST)
 
     def _verify(self) -> None:
-        self._require_no_error("drawing")
+        self.require_no_error("drawing")
 
     def wait(self) -> None:
-        self._calls.finish()
+        self.calls.finish()
 
-    def _require_no_error(self, doing: str, undo: Any = None) -> None:
-        code = self._calls.get_error()
+    def require_no_error(self, doing: str, undo: Any = None) -> None:
+        code = self.calls.get_error()
         if code:
             if undo is not None:
                 undo()
@@ -292,7 +300,7 @@ class GLDevice(Device):
             raise DeviceError(f"gl: {doing} failed: {name.get(code, f'OpenGL error 0x{code:04x}')}")
 
     def _release(self) -> None:
-        self._context.release()
+        self.context.release()
         if getattr(_current, "device", None) is self:
             _current.device = None
 

@@ -112,7 +112,7 @@ class Memory:
         budget: Budget | int | None = None,
         *,
         name: str = "device",
-        on_pressure: Callable[[int], None] | None = None,
+        on_pressure: Callable[[int], object] | None = None,
     ) -> None:
         self.budget = budget if isinstance(budget, Budget) else Budget(budget)
         self.name = name
@@ -134,6 +134,12 @@ class Memory:
     def bytes(self) -> int:
         """Bytes that they hold. Host memory used in place is the host's and counts 0."""
         return self._bytes
+
+    def join(self, budget: Budget) -> None:
+        """Count in another budget from now on."""
+        self.budget.unwatch(self._count)
+        self.budget = budget
+        self.budget.watch(self._count)
 
     def _count(self) -> int:
         return self._bytes
@@ -158,8 +164,8 @@ class Memory:
         self._evict(wanted, lambda entry: not entry.on_host, save=True)
         if self._missing(wanted):
             raise DeviceError(
-                f"{self.name}: {wanted} bytes for {purpose} do not fit, {self.budget.used} of the budget of {limit} bytes "
-                f"are in use by running work; raise the budget with --device-memory or use a smaller size or volume"
+                f"{self.name}: {wanted} bytes for {purpose} do not fit, {self.budget.used} of the budget of {limit} "
+                f"bytes are in use by running work; raise the budget, or use a smaller size or volume"
             )
 
     def add(

@@ -7,6 +7,7 @@ second copy of a volume ever stands on the host.
 
 from __future__ import annotations
 
+import math
 import weakref
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
@@ -54,7 +55,7 @@ class Placement:
     @property
     def nbytes(self) -> int:
         """Bytes of the copy."""
-        return int(np.prod(self.shape, dtype=np.int64)) * self.texture_components * self.dtype.itemsize
+        return math.prod(self.shape) * self.texture_components * self.dtype.itemsize
 
     def is_verbatim(self, array: Array) -> bool:
         """True when the array's own bytes are the copy: a device may use or upload them in place."""
@@ -70,7 +71,7 @@ class Placement:
 
     def slabs(self, array: Array) -> Iterator[tuple[int, Array]]:
         """Yield (first index, converted slab (n, ..., c)) along the first axis, at most about 8 MB each."""
-        rows = array.reshape(self.shape + (self.storage.components,))
+        rows = array.reshape((*self.shape, self.storage.components))
         step = max(1, SLAB_BYTES // max(1, self.nbytes // self.shape[0]))
         whole = self.is_verbatim(array)
         for first in range(0, self.shape[0], step):
@@ -78,16 +79,16 @@ class Placement:
             yield first, part if whole else self._convert(part)
 
     def _convert(self, part: Array) -> Array:
-        out = np.zeros(part.shape[:-1] + (self.texture_components,), self.dtype)
+        out = np.zeros((*part.shape[:-1], self.texture_components), self.dtype)
         target = out[..., : part.shape[-1]]
-        if self.shift != 0.0 and self.dtype.kind == "f":
-            # The difference is taken in double: near 2^40 float32 has no digits left for it.
-            wide = np.longdouble if part.dtype.itemsize == 8 and part.dtype.kind in "iu" else np.float64
-            np.subtract(part, wide(self.shift), out=target, casting="unsafe", dtype=wide)
-        elif self.shift != 0.0 or self.factor != 1:
-            np.multiply(part.astype(np.int32) - int(self.shift), self.factor, out=target, casting="unsafe")
-        else:
-            with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
+            if self.shift != 0.0 and self.dtype.kind == "f":
+                # The difference is taken in double: near 2^40 float32 has no digits left for it.
+                wide = np.longdouble if part.dtype.itemsize == 8 and part.dtype.kind in "iu" else np.float64
+                np.subtract(part, wide(self.shift), out=target, casting="unsafe", dtype=wide)
+            elif self.shift != 0.0 or self.factor != 1:
+                np.multiply(part.astype(np.int32) - int(self.shift), self.factor, out=target, casting="unsafe")
+            else:
                 target[...] = part
         return out
 

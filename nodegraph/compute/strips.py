@@ -9,30 +9,23 @@ import time
 from collections.abc import Callable
 
 TARGET_SECONDS = 0.030
-# A strip whose cost nobody has measured covers at most this share of the picture: the rows below an empty sky
-# may be a hundred times dearer than those above them.
+# Strips of a variant that never ran before cover at most this share of the picture, whatever they cost: the rows
+# below an empty sky may be a hundred times dearer than those above them. Below FREE_CELLS nobody counts.
 UNKNOWN_SHARE = 16
+FREE_CELLS = 16384
 # How much of the worst rate is kept from draw to draw, so that one slow moment is forgotten in the end.
-MEMORY = 0.9
+KEPT = 0.9
+# What starting and awaiting a strip costs by itself; without it tiny pictures would look dear.
+START_SECONDS = 0.0004
 
 Draw = Callable[[int, int], None]
 
 
 class Pace:
-    """The worst cost of a row-pixel that one kernel variant showed lately; sets the height of the next strip."""
+    """The worst cost of a cell (pixel, voxel) that one kernel variant showed lately; None before it ever ran."""
 
     def __init__(self) -> None:
         self.seconds_per_cell: float | None = None
-
-    def rows(self, cells_per_row: int, total: int, multiple: int) -> int:
-        """Return how many rows to draw next: about 30 ms worth, a multiple of ``multiple`` where that is possible."""
-        if self.seconds_per_cell is None:
-            wanted = max(1, min(total // UNKNOWN_SHARE, 65536 // max(1, cells_per_row)))
-        else:
-            wanted = max(1, int(TARGET_SECONDS / (self.seconds_per_cell * cells_per_row + 1e-12)))
-        if wanted > multiple:
-            wanted -= wanted % multiple
-        return min(wanted, total)
 
 
 def run_in_strips(
@@ -47,26 +40,30 @@ def run_in_strips(
 ) -> None:
     """Call ``draw(first, count)``, which must return when the work is done, until ``total`` rows are covered.
 
-    ``check()`` is called before every strip and may raise Cancelled; ``progress(fraction)`` after it.
+    Heights are chosen to take about 30 ms, in multiples of ``multiple`` rows where that is possible. ``check()`` is
+    called before every strip and may raise Cancelled; ``progress(fraction)`` after it.
     """
+    known = pace.seconds_per_cell is not None
+    floor = (pace.seconds_per_cell or 0.0) * KEPT
+    rate = pace.seconds_per_cell or 0.0
+    most = total if known else max(1, total // UNKNOWN_SHARE, FREE_CELLS // cells_per_row)
     first = 0
-    worst = 0.0
-    remembered = (pace.seconds_per_cell or 0.0) * MEMORY
     while first < total:
         if check is not None:
             check()
-        count = pace.rows(cells_per_row, total, multiple)
+        count = max(1, int(min(most, TARGET_SECONDS / (rate * cells_per_row + 1e-12))))
+        if count > multiple:
+            count -= count % multiple
         count = min(count, total - first)
         start = time.perf_counter()
         draw(first, count)
-        seconds = time.perf_counter() - start
-        worst = max(worst, seconds / (count * cells_per_row))
-        known = pace.seconds_per_cell
-        # Within a draw the rate only grows, and a first guess is corrected by at most a factor of four.
-        pace.seconds_per_cell = max(worst, remembered) if known is not None or first else max(worst, 1e-12)
+        seconds = max(0.0, time.perf_counter() - start - START_SECONDS)
+        floor = max(floor, seconds / (count * cells_per_row))
+        rate = max(rate, floor)
         first += count
         if progress is not None:
             progress(first / total)
+    pace.seconds_per_cell = floor
 
 
 def boxes(first: int, count: int, height: int) -> list[tuple[int, int, int, int]]:
