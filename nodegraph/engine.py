@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from nodegraph.cache import ResultCache
 from nodegraph.data import Value
 from nodegraph.errors import Cancelled, DeviceError, GraphError
+from nodegraph.evaluation import Evaluation
+from nodegraph.explain import LastRun
 from nodegraph.fingerprint import unique_key
-from nodegraph.plan import Plan, Planner, Task
+from nodegraph.plan import Plan, Planner
 from nodegraph.report import Report
 from nodegraph.scheduler import Context, Observer, Run
 from nodegraph.workers import Inbox, Workers
@@ -28,64 +30,6 @@ T = TypeVar("T")
 
 CACHE_BYTES = 2 << 30
 _channels = itertools.count()
-
-
-class Evaluation:
-    """A request to the engine, from any thread: wait for its report, or cancel it."""
-
-    def __init__(self, start: Callable[[Evaluation], Report], channel: object, wake: Callable[[], None]) -> None:
-        self._start = start
-        self._wake = wake
-        self.channel = channel
-        self._cancelled = threading.Event()
-        self._done = threading.Event()
-        self._report: Report | None = None
-        self._error: BaseException | None = None
-
-    def cancel(self) -> None:
-        """Stop at the next strip, yield or progress report; library calls are abandoned. Returns at once."""
-        self._cancelled.set()
-        self._wake()
-
-    @property
-    def cancelled(self) -> bool:
-        """True once `cancel` was called, or a newer evaluation of the same channel came."""
-        return self._cancelled.is_set()
-
-    def done(self) -> bool:
-        """True when `result` returns at once."""
-        return self._done.is_set()
-
-    def result(self, timeout: float | None = None) -> Report:
-        """Wait for the report. Raises Cancelled, what planning raised, or TimeoutError."""
-        if not self._done.wait(timeout):
-            raise TimeoutError(f"the evaluation takes longer than {timeout} s")
-        if self._error is not None:
-            raise self._error
-        assert self._report is not None
-        return self._report
-
-    def run(self) -> None:
-        """Evaluate, on the engine's thread."""
-        try:
-            if self.cancelled:
-                raise Cancelled
-            self._report = self._start(self)
-        except BaseException as error:
-            self._error = error
-        finally:
-            self._start = _finished
-            self._done.set()
-
-    def refuse(self, error: GraphError) -> None:
-        """End without having run."""
-        self._error = error
-        self._start = _finished
-        self._done.set()
-
-
-def _finished(_: Evaluation) -> Report:
-    raise Cancelled
 
 
 class Engine:
@@ -124,7 +68,8 @@ class Engine:
         self._waiting: deque[Evaluation] = deque()
         self._current: Evaluation | None = None
         self._run: Run | None = None
-        self._pending_notes: list[str] = []
+        self._in_use: dict[str, str] | None = None
+        self._announcement = ""
         self._planners: weakref.WeakKeyDictionary[Any, Planner] = weakref.WeakKeyDictionary()
         self._last: weakref.WeakKeyDictionary[Any, LastRun] = weakref.WeakKeyDictionary()
         self._closed = False
@@ -190,9 +135,9 @@ class Engine:
             plan = self._planner(owner).plan(flat, named, size=size, quality=quality, given=values)
             self._run = run = Run(plan, self._context, on_event, lambda: evaluation.cancelled)
             try:
-                for note in self._pending_notes:
-                    run.note(note)
-                self._pending_notes.clear()
+                if self._announcement:
+                    run.announce(self._announcement)
+                    self._announcement = ""
                 report = run.finish()
             finally:
                 self._run = None
@@ -271,9 +216,20 @@ class Engine:
             self.call(self._make_devices)
         return self._devices
 
+    @property
+    def device_in_use(self) -> dict[str, str] | None:
+        """Name, description and reason of the device that was chosen; None while no task has needed one."""
+        return dict(self._in_use) if self._in_use is not None else None
+
+    @property
+    def closed(self) -> bool:
+        """True once `close` was called."""
+        return self._closed
+
     def last(self, network: Network | Flat) -> LastRun:
         """What is known of the last evaluations of a network: tasks, seconds, memos, by path."""
-        return self._last.get(_root(network)) or LastRun()
+        owner = _root(network)
+        return (self._last.get(owner) if owner is not None else None) or LastRun()
 
     def close(self) -> None:
         """Cancel what runs, free every device object, end the threads. Calling it twice is fine."""
@@ -331,16 +287,19 @@ class Engine:
             self._devices.close()
 
     def _planner(self, owner: Any) -> Planner:
-        planner = self._planners.get(owner)
+        planner = self._planners.get(owner) if owner is not None else None
         if planner is None:
-            planner = self._planners[owner] = Planner(lambda: str(self._main_device().name))
+            planner = Planner(lambda: str(self._main_device().name))
+            if owner is not None:
+                self._planners[owner] = planner
         return planner
 
     def _remember(self, owner: Any, plan: Plan, report: Report) -> None:
-        last = self._last.get(owner)
-        if last is None:
-            last = self._last[owner] = LastRun()
-        last.add(plan, report)
+        if owner is not None:
+            last = self._last.get(owner)
+            if last is None:
+                last = self._last[owner] = LastRun()
+            last.add(plan, report)
 
     def _disk(self) -> DiskCache | None:
         if self._disk_wanted is False:
@@ -355,48 +314,28 @@ class Engine:
 
     def _make_devices(self) -> None:
         if self._devices is None:
-            from nodegraph.compute import Devices
+            from nodegraph.compute import Budget, Devices
 
-            self._devices = Devices(device_bytes=self._device_bytes, call=self.call)
+            # Where the device's memory is the host's, cache and device draw on one budget.
+            room = self._device_bytes if self._device_bytes is not None else machine_bytes() // 2
+            budget = Budget(self.cache.limit + room)
+            budget.watch(self.cache.host_bytes)
+            self.cache.shared = budget
+            self._devices = Devices(
+                host_budget=budget, device_bytes=self._device_bytes, call=self.call, on_pressure=self._on_pressure
+            )
+
+    def _on_pressure(self, wanted: int) -> None:
+        self.cache.release_cheap(wanted)
 
     def _main_device(self) -> Any:
         """The device that was chosen, opened now if need be. Says once which it is, and why."""
         if self._main is None:
             self._make_devices()
             self._main, reason = self._devices.choose(self.device_name)
-            self._adopt(self._main)
-            self._say(f"device {self._main.name}: {self._main.description} ({reason})")
+            self._in_use = {"name": self._main.name, "description": self._main.description, "reason": reason}
+            self._announcement = f"device {reason}"
         return self._main
-
-    def _adopt(self, device: Any) -> None:
-        """Let a device ask the cache for room, and share its budget where its memory is the host's."""
-        device.call = self.call
-        device.memory.on_pressure = self.cache.release_cheap
-
-    def _say(self, text: str) -> None:
-        if self._run is not None:
-            self._run.note(text)
-        else:
-            self._pending_notes.append(text)
-
-
-class LastRun:
-    """What the last evaluations of one network left behind, by path; what `explain` and `why` compare with."""
-
-    def __init__(self) -> None:
-        self.tasks: dict[str, tuple[Task, list[Task]]] = {}
-        self.seconds: dict[str, float] = {}
-        self.bytes: dict[str, int] = {}
-        self.memos: dict[str, list[str]] = {}
-
-    def add(self, plan: Plan, report: Report) -> None:
-        """Take in one evaluation."""
-        tasks = plan.tasks
-        for task in tasks:
-            self.tasks[task.path] = (task, tasks)
-        self.seconds.update(report.timings)
-        self.bytes.update(report.bytes)
-        self.memos.update(report.memos)
 
 
 class _Opener:
@@ -423,17 +362,24 @@ class _Opener:
             device, _ = engine._devices.choose("gl")
         except DeviceError as error:
             raise DeviceError(f"needs OpenGL: {error}") from None
-        engine._adopt(device)
         return device
 
     def after(self, device: Any) -> Any:
-        found = self.engine._devices.next_after(device)
-        other = found[0] if isinstance(found, tuple) else found
-        if other is not None:
-            self.engine._adopt(other)
-        return other
+        choice = self.engine._devices.next_after(device)
+        return None if choice is None else choice[0]
 
 
 def _root(network: Network | Flat) -> Any:
-    """The document that plans and last results are remembered for; a group's inside belongs to its document."""
-    return getattr(network, "root", network)
+    """The document that plans and last results are remembered for; None for a snapshot that stands alone.
+
+    The inside of a group belongs to its document.
+    """
+    return getattr(network, "root", None)
+
+
+def machine_bytes() -> int:
+    """Memory of this machine; 8 GiB where it does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 8 << 30

@@ -8,31 +8,31 @@ hashes only what changed and what stands below it.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from nodegraph.data import Value
-from nodegraph.errors import CommandError, GraphError, ParameterError, PortError, ProcessError, near_miss
+from nodegraph.errors import GraphError, ParameterError
 from nodegraph.fingerprint import SIZE, Code, Local, code_of, digest, file_state, local_of
+from nodegraph.requests import (
+    QUALITIES,
+    Feed,
+    Request,
+    Skeleton,
+    Step,
+    ask_needs,
+    build,
+    default_sinks,
+    same_answer,
+    sink_size,
+)
+
+__all__ = ["Plan", "Planner", "Request", "Task", "default_sinks", "plan"]
 
 if TYPE_CHECKING:
     from nodegraph.flat import Flat, FlatNode
     from nodegraph.processor import Processor
-
-DEFAULT_SIZE = (1024, 1024)
-QUALITIES = ("interactive", "final")
-
-
-class Request(NamedTuple):
-    """What is asked of a node: a picture size (width, height) in pixels and a quality."""
-
-    size: tuple[int, int]
-    quality: str = "final"
-
-
-Feed = tuple[int, str]
-"""Position of a task in its plan, and the name of one of its outputs."""
 
 
 @dataclass(slots=True, eq=False)
@@ -93,31 +93,6 @@ class Plan:
     named: frozenset[str]
 
 
-@dataclass(slots=True)
-class _Step:
-    """A task without its fingerprint: where it stands and what it is asked for."""
-
-    path: str
-    request: Request | None
-    wanted: frozenset[str]
-    feeds: dict[str, tuple[Feed, ...] | None]
-    reason: str
-    problem: GraphError | None
-    order: tuple[int, ...]
-    head: bytes
-    task: Task | None = None
-
-
-@dataclass(slots=True)
-class _Skeleton:
-    """Steps for one set of sinks, valid while the structure and the answers of ``needs`` stay the same."""
-
-    structure: int
-    steps: list[_Step]
-    sinks: dict[str, tuple[Feed, ...]]
-    answers: list[tuple[str, Request, frozenset[str], Any]]
-
-
 class Planner:
     """Plans of one network. ``device`` returns the name of the device, and is asked only when a task names it."""
 
@@ -126,7 +101,7 @@ class Planner:
         self._locals: dict[str, tuple[FlatNode, Local]] = {}
         self._with_files: set[str] = set()
         self._codes: dict[type[Processor], Code] = {}
-        self._skeletons: dict[Any, _Skeleton] = {}
+        self._skeletons: dict[Any, Skeleton] = {}
 
     def plan(
         self,
@@ -195,21 +170,21 @@ class Planner:
         (self._with_files.add if local.files else self._with_files.discard)(path)
         self._locals[path] = (node, local)
 
-    def _skeleton(self, flat: Flat, named: tuple[str, ...], requests: tuple[Request, ...]) -> _Skeleton:
+    def _skeleton(self, flat: Flat, named: tuple[str, ...], requests: tuple[Request, ...]) -> Skeleton:
         key = (named, requests)
         kept = self._skeletons.get(key)
         if kept is not None and kept.structure == flat.structure:
             for path, request, wanted, answer in kept.answers:
-                if not _same(_ask(flat.nodes[path], request, wanted), answer):
+                if not same_answer(ask_needs(flat.nodes[path], request, wanted), answer):
                     break
             else:
                 return kept
         if len(self._skeletons) > 16:
             self._skeletons.clear()
-        skeleton = self._skeletons[key] = _build(flat, named, requests)
+        skeleton = self._skeletons[key] = build(flat, named, requests)
         return skeleton
 
-    def _tasks(self, flat: Flat, skeleton: _Skeleton, given: Mapping[str, Value]) -> list[Task]:
+    def _tasks(self, flat: Flat, skeleton: Skeleton, given: Mapping[str, Value]) -> list[Task]:
         tasks: list[Task] = []
         blake2b, known, nodes = hashlib.blake2b, self._locals, flat.nodes
         for step in skeleton.steps:
@@ -238,7 +213,7 @@ class Planner:
             tasks.append(task)
         return tasks
 
-    def _services(self, processor: type[Processor] | None, step: _Step) -> tuple[str, ...]:
+    def _services(self, processor: type[Processor] | None, step: Step) -> tuple[str, ...]:
         """Those services that may change the result, where ``process`` names them."""
         if processor is None or not processor.services:
             return ()
@@ -269,221 +244,6 @@ def plan(
 ) -> Plan:
     """Plan once, remembering nothing; see `Planner.plan`."""
     return Planner(device).plan(flat, sinks, size=size, quality=quality, given=given)
-
-
-def default_sinks(flat: Flat) -> list[str]:
-    """All views and effects: what a headless run shows and writes. Where there are none, every node nobody reads."""
-    found = [path for path, node in flat.nodes.items() if is_output(node)]
-    if found:
-        return found
-    read = {source[0] for node in flat.nodes.values() for sources in node.sources.values() for source in sources}
-    read |= {source[0] for node in flat.nodes.values() for source in node.wired.values()}
-    return [path for path in flat.nodes if path not in read]
-
-
-def is_output(node: FlatNode) -> bool:
-    """True for views and for what changes the world."""
-    effect = node.processor is not None and node.processor.effect
-    return effect or node.type.rpartition(".")[0].split(".")[0] == "output"
-
-
-def sink_size(flat: Flat, sink: str, asked: tuple[int, int] | None = None) -> tuple[int, int]:
-    """Size that a sink asks for: the caller's, else its own ``width`` and ``height`` or ``size``, else 1024 x 1024."""
-    if asked is not None:
-        width, height = asked
-        return int(width), int(height)
-    node = flat.nodes.get(sink) or flat.nodes.get(sink.rpartition(".")[0])
-    values = node.values if node is not None else {}
-    if "width" in values and "height" in values:
-        return int(values["width"]), int(values["height"])
-    own = values.get("size")
-    if isinstance(own, Sequence) and not isinstance(own, str) and len(own) == 2:
-        return int(own[0]), int(own[1])
-    return DEFAULT_SIZE
-
-
-def _sources_of(flat: Flat, sink: str) -> list[tuple[str, frozenset[str]]]:
-    """Nodes and outputs that the name of a sink stands for, through muted nodes and groups."""
-    node = flat.nodes.get(sink)
-    if node is not None:
-        outputs = node.processor.outputs if node.processor is not None else ()
-        return [(sink, frozenset(outputs))]
-    found = [flat.source(sink)] if flat.source(sink) is not None else []
-    if not found:
-        found = [source for name, source in flat.outputs.items() if name.rpartition(".")[0] == sink]
-    result = []
-    for source in found:
-        if isinstance(source, GraphError):
-            raise source
-        if source is not None:
-            path, output = source
-            processor = flat.nodes[path].processor
-            if processor is not None and output not in processor.outputs:
-                cure = near_miss(output, processor.outputs)
-                raise CommandError(f"{sink}: {path} has no output {output!r}{cure}")
-            result.append((path, frozenset((output,))))
-    if not result:
-        if sink in flat.muted:
-            raise CommandError(f"{sink}: this node is muted and passes nothing through; unmute it or name another")
-        raise CommandError(f"{sink}: no such node{near_miss(sink, flat.nodes)}")
-    return result
-
-
-def _build(flat: Flat, named: tuple[str, ...], requests: tuple[Request, ...]) -> _Skeleton:
-    """Send the requests up, then lay the steps out in order of execution."""
-    sensitive = _sensitive(flat)
-    asked: dict[str, dict[Request | None, tuple[set[str], list[str]]]] = {}
-
-    def ask(path: str, request: Request, outputs: Iterable[str], by: str) -> None:
-        key = request if path in sensitive else None
-        wanted, readers = asked.setdefault(path, {}).setdefault(key, (set(), []))
-        wanted.update(outputs)
-        if by not in readers:
-            readers.append(by)
-
-    stands_for: dict[str, list[tuple[str, Request, frozenset[str]]]] = {}
-    for sink, request in zip(named, requests, strict=True):
-        for path, outputs in _sources_of(flat, sink):
-            ask(path, request, outputs, "")
-            stands_for.setdefault(sink, []).append((path, request, outputs))
-
-    answers: list[tuple[str, Request, frozenset[str], Any]] = []
-    chosen: dict[tuple[str, Request | None], tuple[dict[str, Request | None], GraphError | None]] = {}
-    for path in reversed(list(flat.nodes)):
-        node = flat.nodes[path]
-        for key, (wanted, _) in asked.get(path, {}).items():
-            request = key or requests[0]
-            inputs, problem = _requests(node, request, frozenset(wanted), answers)
-            chosen[path, key] = (inputs, problem)
-            for port, upward in inputs.items():
-                for source, output in _ports(node)[port]:
-                    if upward is not None:
-                        ask(source, upward, (output,), path)
-
-    steps: list[_Step] = []
-    places: dict[tuple[str, Request | None], int] = {}
-    for path, node in flat.nodes.items():
-        for key, (wanted, readers) in asked.get(path, {}).items():
-            inputs, problem = chosen[path, key]
-            feeds: dict[str, tuple[Feed, ...] | None] = {}
-            order: list[int] = []
-            head = bytearray()
-            for port, upward in inputs.items():
-                if upward is None:
-                    feeds[port] = None
-                    head += f"{port}\0cut\0".encode()
-                    continue
-                feeds[port] = tuple(
-                    (places[source, upward if source in sensitive else None], output)
-                    for source, output in _ports(node)[port]
-                )
-                order += [place for place, _ in feeds[port] or ()]
-                head += f"{port}\0{' '.join(output for _, output in feeds[port] or ())}\0".encode()
-            places[path, key] = len(steps)
-            reason = "sink" if "" in readers else "asked by " + ", ".join(readers)
-            # The length in front keeps names of ports apart from the digests that follow them.
-            labels = len(head).to_bytes(4, "little") + bytes(head)
-            steps.append(_Step(path, key, frozenset(wanted), feeds, reason, problem, tuple(order), labels))
-
-    sinks: dict[str, tuple[Feed, ...]] = {}
-    for sink, targets in stands_for.items():
-        found: list[Feed] = []
-        for path, request, outputs in targets:
-            place = places[path, request if path in sensitive else None]
-            processor = flat.nodes[path].processor
-            ordered = [name for name in processor.outputs if name in outputs] if processor is not None else []
-            found += [(place, output) for output in ordered] or [(place, "")]
-        sinks[sink] = tuple(found)
-    return _Skeleton(flat.structure, steps, sinks, answers)
-
-
-def _ports(node: FlatNode) -> dict[str, tuple[tuple[str, str], ...]]:
-    """Everything of a node that a wire may feed: inputs, then parameters that are wired."""
-    return {**node.sources, **{name: (source,) for name, source in node.wired.items()}}
-
-
-def _sensitive(flat: Flat) -> set[str]:
-    """Nodes whose result may depend on size or quality: they, or something above them, can tell."""
-    found: set[str] = set()
-    for path, node in flat.nodes.items():
-        processor = node.processor
-        if processor is not None and ("size" in processor.services or "quality" in processor.services):
-            found.add(path)
-        elif (processor is not None and processor.has_needs) or any(
-            source in found for sources in _ports(node).values() for source, _ in sources
-        ):
-            found.add(path)
-    return found
-
-
-class _Unknown(Exception):
-    """``needs`` read a parameter whose value only a wire will bring."""
-
-
-class _Params(dict[str, Any]):
-    """Visible parameters for ``needs``; reading a wired one raises `_Unknown`."""
-
-    def __init__(self, node: FlatNode) -> None:
-        super().__init__(node.values)
-        self._wired = node.wired
-
-    def __missing__(self, name: str) -> Any:
-        raise _Unknown(name) if name in self._wired else KeyError(name)
-
-    def get(self, name: str, default: Any = None) -> Any:
-        return self[name] if name in self or name in self._wired else default
-
-
-def _ask(node: FlatNode, request: Request, wanted: frozenset[str]) -> Any:
-    """Call ``needs``. An error is an answer too: it blocks the node."""
-    processor: Any = node.processor
-    if node.problem is not None:
-        return {}
-    try:
-        return processor().needs(request.size, request.quality, wanted, _Params(node))
-    except _Unknown:
-        return {}
-    except Exception as error:
-        return ProcessError(node.path, "needs", error)
-
-
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, GraphError):
-        return isinstance(other, GraphError) and str(one) == str(other)
-    return bool(one == other)
-
-
-def _requests(
-    node: FlatNode,
-    request: Request,
-    wanted: frozenset[str],
-    answers: list[tuple[str, Request, frozenset[str], Any]],
-) -> tuple[dict[str, Request | None], GraphError | None]:
-    """What a node asks of each port that is wired: a request, or None for a branch that does not run."""
-    ports: dict[str, Request | None] = {name: request for name, sources in _ports(node).items() if sources}
-    if node.processor is None or not node.processor.has_needs:
-        return ports, None
-    answer = _ask(node, request, wanted)
-    answers.append((node.path, request, wanted, answer))
-    if isinstance(answer, GraphError):
-        return {}, answer
-    try:
-        for name, need in (answer or {}).items():
-            if name not in node.sources and name not in node.processor.params:
-                raise PortError(f"{node.path}.{name}: needs() names an input that is not declared")
-            if name in ports:
-                ports[name] = _need(need, request, f"{node.path}.{name}")
-    except (AttributeError, TypeError, ValueError) as error:
-        return {}, ProcessError(node.path, "needs", error)
-    return ports, None
-
-
-def _need(need: Any, request: Request, where: str) -> Request | None:
-    if need is None or isinstance(need, Request):
-        return need
-    if isinstance(need, Sequence) and len(need) == 2 and all(isinstance(n, int) and n >= 0 for n in need):
-        return Request((need[0], need[1]), request.quality)
-    raise PortError(f"{where}: needs() must answer None, (width, height) or a Request, got {need!r}")
 
 
 def _copy(task: Task, node: FlatNode) -> Task:

@@ -8,7 +8,6 @@ name a device on this thread, the engine's; the others on workers beside it. See
 from __future__ import annotations
 
 import heapq
-import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,10 +15,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from nodegraph.cache import Result, ResultCache, each_buffer
 from nodegraph.errors import Cancelled, DeviceError, DeviceMissing, GraphError, PortError, ProcessError
-from nodegraph.fingerprint import content_key, digest
+from nodegraph.execution import collect_arguments, execute
+from nodegraph.lasting import LastingKeys
 from nodegraph.plan import Plan, Task
 from nodegraph.report import CLEAN, Event, Report, State
-from nodegraph.services import DeviceService, Memo, Progress, open_raster, own, provenance
+from nodegraph.services import own
 from nodegraph.workers import Inbox, Job, Workers
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Run:
     def __init__(self, plan: Plan, context: Context, on_event: Observer | None, cancelled: Callable[[], bool]) -> None:
         self.plan = plan
         self.report = Report()
-        self._context = context
+        self.context = context
         self._on_event = on_event
         self._cancelled = cancelled
         self._results: dict[int, Result] = {}
@@ -84,7 +84,7 @@ class Run:
         self._pool_queue: list[int] = []
         self._jobs: dict[int, Job] = {}
         self._pins: dict[int, bytes] = {}
-        self._lasting_keys: dict[int, bytes] = {}
+        self.lasting = LastingKeys(plan)
         self._over = False
 
     # -- the whole ----------------------------------------------------------------------------------------------
@@ -107,9 +107,9 @@ class Run:
             self._start_jobs()
             if self._device_queue:
                 self._run_here(heapq.heappop(self._device_queue))
-                self._context.inbox.serve_waiting()
+                self.context.inbox.serve_waiting()
             elif self._jobs:
-                self._context.inbox.serve()
+                self.context.inbox.serve()
             elif not self._pool_queue:
                 break
         self._show()
@@ -120,7 +120,7 @@ class Run:
         """Leave nothing behind: jobs that still run are abandoned, late events are dropped."""
         self._over = True
         for job in self._jobs.values():
-            self._context.workers.abandon(job)
+            self.context.workers.abandon(job)
         self._jobs.clear()
         self._results.clear()
         for place in list(self._pins):
@@ -135,7 +135,7 @@ class Run:
 
     def _look_back(self, shown: set[int]) -> list[int]:
         """Walk from the sinks upwards; fill in what is kept and return, in order, what has to run."""
-        tasks, cache = self.plan.tasks, self._context.cache
+        tasks, cache = self.plan.tasks, self.context.cache
         needed = bytearray(len(tasks))
         for place in shown:
             needed[place] = 1
@@ -168,16 +168,16 @@ class Run:
         processor = task.processor
         if task.problem is not None or processor is None or processor.effect:
             return None
-        found = self._context.cache.get(task.fingerprint)
+        found = self.context.cache.get(task.fingerprint)
         if found is not None and all(name in found.values for name in task.wanted):
             return found
-        if not processor.disk_cache or self._context.disk is None:
+        if not processor.disk_cache or self.context.disk is None:
             return None
-        found = self._context.disk.get(self._lasting(place))
+        found = self.context.disk.get(self.lasting.key(place))
         if found is None or not all(name in found.values for name in task.wanted):
             return None
         own(found.values, task.fingerprint)
-        self._context.cache.put(task.fingerprint, found)
+        self.context.cache.put(task.fingerprint, found)
         return found
 
     def _prepare(self, todo: list[int], shown: set[int]) -> None:
@@ -209,7 +209,7 @@ class Run:
             heapq.heappush(self._device_queue if task.on_device else self._pool_queue, place)
 
     def _remembered(self, task: Task) -> GraphError | None:
-        failure = self._context.cache.failure(task.fingerprint)
+        failure = self.context.cache.failure(task.fingerprint)
         return failure if isinstance(failure, GraphError) else None
 
     # -- running one task ---------------------------------------------------------------------------------------
@@ -219,18 +219,18 @@ class Run:
             place = heapq.heappop(self._pool_queue)
             arguments = self._arguments(place)
             if arguments is not None:
-                self._jobs[place] = self._context.workers.submit(self._job(place, arguments))
+                self._jobs[place] = self.context.workers.submit(self._job(place, arguments))
 
     def _job(self, place: int, arguments: dict[str, Any]) -> Callable[[], None]:
         def act() -> None:
             """On a worker's thread: run, and post the end."""
             try:
-                result = self._execute(place, arguments, None)
+                result = execute(self, place, arguments, None)
             except BaseException as error:
                 caught = error
-                self._context.inbox.post(lambda: self._job_failed(place, caught))
+                self.context.inbox.post(lambda: self._job_failed(place, caught))
             else:
-                self._context.inbox.post(lambda: self._job_done(place, result))
+                self.context.inbox.post(lambda: self._job_done(place, result))
             finally:
                 # A traceback keeps this frame alive, and the frame would keep the volumes.
                 arguments.clear()
@@ -253,17 +253,17 @@ class Run:
         try:
             device = self._open(task)
             try:
-                result = self._execute(place, arguments, device)
+                result = execute(self, place, arguments, device)
             except DeviceMissing:
                 raise
             except DeviceError as error:
-                other = self._context.devices.after(device) if self._may_move(task) else None
+                other = self.context.devices.after(device) if self._may_move(task) else None
                 if other is None:
                     raise
                 self.check()
                 note = f"{task.path}: {device.name} failed ({error}); running on {other.name} instead"
                 self.note(note, task.path)
-                result = self._execute(place, arguments, other)
+                result = execute(self, place, arguments, other)
                 result = Result(result.values, result.seconds, (note,), result.memos)
         except BaseException as error:
             self._raised(place, error)
@@ -274,33 +274,16 @@ class Run:
 
     def _open(self, task: Task) -> Any:
         services = task.processor.services if task.processor is not None else ()
-        return self._context.devices.opengl() if "gl" in services else self._context.devices.main()
+        return self.context.devices.opengl() if "gl" in services else self.context.devices.main()
 
     def _may_move(self, task: Task) -> bool:
         return task.processor is not None and "gl" not in task.processor.services
 
     def _arguments(self, place: int) -> dict[str, Any] | None:
-        """Inputs and parameters of ``process``, checked; None where they are refused, which fails the task."""
+        """Checked arguments of ``process``; None where they are refused, which fails the task."""
         task = self.plan.tasks[place]
-        processor = task.processor
-        assert processor is not None
-        arguments: dict[str, Any] = {}
         try:
-            for name, port in processor.inputs.items():
-                feeds = task.feeds.get(name, ())
-                where = f"{task.path}.{name}"
-                if feeds is None:
-                    arguments[name] = () if port.many else None
-                    continue
-                values = [self._value(source, output, where) for source, output in feeds]
-                arguments[name] = port.check(tuple(values) if port.many else (values or [None])[0], where)
-            values_of = dict(task.node.values)
-            for name in task.node.wired:
-                wired = task.feeds.get(name)
-                if wired:
-                    where = f"{task.path}.{name}"
-                    values_of[name] = processor.params[name].check(self._value(*wired[0], where), where)
-            arguments.update(processor.effective(values_of))
+            arguments = collect_arguments(task, self._value)
             if not task.on_device:
                 # A worker must not wait for this thread, so what lies on a device comes to the host now.
                 each_buffer(arguments, lambda buffer: buffer.array)
@@ -317,85 +300,8 @@ class Run:
             raise PortError(f"{where}: {self.plan.tasks[source].path} made nothing for its output {output!r}")
         return result.values[output]
 
-    def _execute(self, place: int, arguments: dict[str, Any], device: Any) -> Result:
-        """Call ``process`` and collect what it returns or yields. On the engine's thread or a worker's."""
-        task = self.plan.tasks[place]
-        processor = task.processor
-        assert processor is not None
-        self.check()
-        memos: list[str] = []
-        notes: list[str] = []
-        started = time.perf_counter()
-        services = self._services(task, place, device, memos, notes)
-        returned = processor().process(**arguments, **services)
-        if not processor.generator:
-            values = processor.pack(returned, task.wanted, task.path)
-        else:
-            values = self._refine(task, returned, device is not None)
-        seconds = time.perf_counter() - started
-        self.check()
-        own(values, task.fingerprint)
-        return Result(values, seconds, tuple(notes), tuple(memos))
-
-    def _refine(self, task: Task, steps: Any, here: bool) -> dict[str, Any]:
-        """Follow a generator: each yield may be a preview, the last one is the result."""
-        processor = task.processor
-        assert processor is not None
-        last: dict[str, Any] | None = None
-        try:
-            while True:
-                try:
-                    item = next(steps)
-                except StopIteration as stop:
-                    if stop.value is not None:
-                        last = processor.pack(stop.value, task.wanted, task.path)
-                    break
-                self.check()
-                if item is not None:
-                    last = processor.pack(item, task.wanted, task.path)
-                    self._tell(Event("preview", task.path, size=task.size, values=last), here)
-                if here:
-                    self._context.inbox.serve_waiting()
-                    self.check()
-        finally:
-            steps.close()
-        return processor.pack(None, task.wanted, task.path) if last is None else last
-
-    def _services(self, task: Task, place: int, device: Any, memos: list[str], notes: list[str]) -> dict[str, Any]:
-        processor = task.processor
-        assert processor is not None
-        named = processor.services
-        here = device is not None
-        progress = Progress(
-            self.check, lambda fraction, text: self._tell(Event("progress", task.path, text, fraction), here)
-        )
-        made: dict[str, Any] = {}
-        for name in named:
-            if name == "size":
-                made[name] = task.size
-            elif name == "quality":
-                made[name] = task.quality
-            elif name == "wanted":
-                made[name] = task.wanted
-            elif name == "progress":
-                made[name] = progress
-            elif name == "device":
-                made[name] = DeviceService(device, processor, task.path, self.check, progress)
-            elif name == "gl":
-                made[name] = open_raster(device, task.path)
-            elif name == "memo":
-
-                def done(label: str, key: bytes, seconds: float, found: bool, nbytes: int) -> None:
-                    memos.append(label)
-                    self._context.inbox.post(lambda: self._memo_done(label, seconds, found, nbytes))
-
-                made[name] = Memo(
-                    task.path, self._context.cache, self._context.disk, self.check, done, notes.append,
-                    lambda key: self._lasting_of(place, key),
-                )  # fmt: skip
-        return made
-
-    def _memo_done(self, label: str, seconds: float, found: bool, nbytes: int) -> None:
+    def memo_done(self, label: str, seconds: float, found: bool, nbytes: int) -> None:
+        """Report a memo; on the engine's thread."""
         if self._over:
             return
         self.report.bytes[label] = nbytes
@@ -413,7 +319,7 @@ class Run:
         assert processor is not None
         report = self.report
         # What memos posted belongs before the end of their node.
-        self._context.inbox.serve_waiting()
+        self.context.inbox.serve_waiting()
         report.ran.append(task.path)
         report.timings[task.path] = report.timings.get(task.path, 0.0) + result.seconds
         report.bytes[task.path] = result.nbytes
@@ -426,9 +332,9 @@ class Run:
                 self.note(note, task.path)
         self._results[place] = result
         if not processor.effect:
-            self._context.cache.put(task.fingerprint, result)
-            if processor.disk_cache and self._context.disk is not None:
-                refused = self._context.disk.put(self._lasting(place), result)
+            self.context.cache.put(task.fingerprint, result)
+            if processor.disk_cache and self.context.disk is not None:
+                refused = self.context.disk.put(self.lasting.key(place), result)
                 if refused:
                     self.note(f"{task.path}: not kept on disk: {refused}", task.path)
         self._emit(Event("finished", task.path, seconds=result.seconds, size=task.size, values=result.values))
@@ -455,7 +361,7 @@ class Run:
     def _unpin(self, place: int) -> None:
         key = self._pins.pop(place, None)
         if key is not None:
-            self._context.cache.unpin(key)
+            self.context.cache.unpin(key)
 
     def _raised(self, place: int, error: BaseException, stage: str = "process") -> None:
         """A task ended in an error: remember it, block what stands below, go on with the rest."""
@@ -468,7 +374,7 @@ class Run:
         # The frames of the traceback hold the inputs; its lines are all that is wanted of it.
         traceback.clear_frames(error.__traceback__)
         if task.processor is not None and not task.processor.effect:
-            self._context.cache.fail(task.fingerprint, failure)
+            self.context.cache.fail(task.fingerprint, failure)
         self._fail(place, failure)
 
     def _fail(self, place: int, error: GraphError) -> None:
@@ -506,12 +412,16 @@ class Run:
             self.report.notes.append(text)
             self._emit(Event("note", path, text))
 
-    def _tell(self, event: Event, here: bool) -> None:
+    def announce(self, text: str) -> None:
+        """Say something to observers that is no remark on the results: the device that was chosen."""
+        self._emit(Event("note", "", text))
+
+    def tell(self, event: Event, here: bool) -> None:
         """Deliver an event from either thread."""
         if here:
             self._emit(event)
         else:
-            self._context.inbox.post(lambda: None if self._over else self._emit(event))
+            self.context.inbox.post(lambda: None if self._over else self._emit(event))
 
     def _emit(self, event: Event) -> None:
         if self._on_event is None:
@@ -543,32 +453,3 @@ class Run:
         for task in self.plan.tasks:
             if task.path not in states and task.path not in self.plan.given:
                 states[task.path] = CLEAN
-
-    # -- keys that last -----------------------------------------------------------------------------------------
-
-    def _lasting(self, place: int) -> bytes:
-        """Fingerprint of a task that another process finds again: given values count by their content."""
-        task = self.plan.tasks[place]
-        if task.stable:
-            return task.fingerprint
-        key = self._lasting_keys.get(place)
-        if key is None:
-            if task.path in self.plan.given:
-                key = content_key(self.plan.given[task.path], task.path)
-            else:
-                parts: list[bytes | str] = []
-                for port, sources in task.feeds.items():
-                    parts += [port, "cut" if sources is None else str(len(sources))]
-                    for source, output in sources or ():
-                        parts += [self._lasting(source), output]
-                key = digest("lasting", task.local.digest, str(len(task.services)), *task.services, *parts)
-            self._lasting_keys[place] = key
-        return key
-
-    def _lasting_of(self, place: int, key: bytes) -> bytes | None:
-        """The lasting key of one of a task's inputs, found by its provenance."""
-        for sources in self.plan.tasks[place].feeds.values():
-            for source, output in sources or ():
-                if provenance(self.plan.tasks[source].fingerprint, output) == key:
-                    return provenance(self._lasting(source), output)
-        return None

@@ -124,7 +124,7 @@ class Memo:
         cache: ResultCache,
         disk: DiskCache | None,
         check: Callable[[], None],
-        done: Callable[[str, bytes, float, bool, int], None],
+        done: Callable[[str, float, bool, int], None],
         note: Callable[[str], None],
         lasting: Callable[[bytes], bytes | None],
     ) -> None:
@@ -150,7 +150,7 @@ class Memo:
                 _own(found.values, key)
                 self._cache.put(key, found)
         if found is not None:
-            self._done(label, key, 0.0, True, found.nbytes)
+            self._done(label, 0.0, True, found.nbytes)
             return found.values[""]
         started = time.perf_counter()
         value = function(*args)
@@ -163,7 +163,7 @@ class Memo:
             refused = self._disk.put(lasting, result)
             if refused:
                 self._note(f"{label}: not kept on disk: {refused}")
-        self._done(label, key, seconds, False, result.nbytes)
+        self._done(label, seconds, False, result.nbytes)
         return value
 
     def _key(self, arg: Any, where: str) -> bytes:
