@@ -6,13 +6,29 @@ everything and then changes the document through an `Edits`, which knows how to 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nodegraph import links
+from nodegraph.changes import (
+    cut_outputs,
+    hide_ports,
+    level_at,
+    put_value,
+    put_variable,
+    put_wires,
+    reap,
+    sources_read,
+    swap_faces,
+    swap_sources,
+    variables_of,
+    with_id,
+    with_inside,
+)
 from nodegraph.edits import Edits
 from nodegraph.errors import CommandError, ParameterError, PortError, near_miss
-from nodegraph.network import Kept, Network, Node, check_id, split, unique
+from nodegraph.network import Network, Node, check_id, split, unique
 from nodegraph.params import Parameter
 from nodegraph.wires import check_cycle, check_types, feeds, is_many, targets
 
@@ -122,12 +138,11 @@ class Remove(Command):
             level = node.parent
             if level is None or level.nodes.get(node.id) is not node:
                 continue  # it went with a group that was removed just before
-            cut_outputs(edits, level, node, _sources_read(level, node.id))
-            hide(edits, level, lambda id, _port, gone=node.id: id == gone)
+            cut_outputs(edits, level, sources_read(level, node.id))
+            hide_ports(edits, level, partial(_belongs, node.id))
             edits.drop(level.nodes, node.id)
             edits.touch(structure=True)
-            used = {(scope, name) for inner in _with_inside(node) for scope, name in _variables_of(inner)}
-            reap(edits, used)
+            reap(edits, [scoped for inner in with_inside(node) for scoped in variables_of(inner)])
 
 
 class Connect(Command):
@@ -285,11 +300,12 @@ class Rename(Command):
         if self.id == old:
             return
         check_id(self.id, level.nodes, level.prefix)
-        inside = list(_with_inside(node))
+        inside = list(with_inside(node))
+        ids = {old: self.id}
         edits.rekey(level.nodes, old, self.id)
         edits.assign(node, "id", self.id)
-        swap_sources(edits, level, lambda text: _renamed(text, old, self.id))
-        swap_faces(edits, level, lambda text: _renamed(text, old, self.id))
+        swap_sources(edits, level, lambda text: with_id(text, ids))
+        swap_faces(edits, level, lambda port: (with_id(port, ids),), lambda port: with_id(port, ids))
         edits.touch(*inside, structure=True)
 
 
@@ -332,163 +348,5 @@ class SetUI(Command):
             edits.put(ui, self.key, self.value)
 
 
-# -- shared by commands -------------------------------------------------------------------------------------------
-
-
-def level_at(network: Network, group: str) -> Network:
-    """The inside of a group, or the network itself for an empty path. Raises CommandError."""
-    if not group:
-        return network
-    inside = network.node(group).network
-    if inside is None:
-        raise CommandError(f"{group}: this node is no group")
-    return inside
-
-
-def put_value(edits: Edits, node: Node, param: str, declared: Parameter, value: Any) -> None:
-    """Store a checked value in a plain node; the default is stored as nothing."""
-    old = node.params.get(param, declared.default)
-    if not isinstance(old, Kept) and links.same(declared, old, value):
-        return
-    if not links.same(declared, value, declared.default):
-        edits.put(node.params, param, value)
-    elif param in node.params:
-        edits.drop(node.params, param)
-    edits.touch(node)
-
-
-def put_wires(edits: Edits, node: Node, name: str, wires: Sequence[str]) -> None:
-    """Write the wires of one input; none removes the entry."""
-    if wires:
-        edits.put(node.inputs, name, tuple(wires))
-    elif name in node.inputs:
-        edits.drop(node.inputs, name)
-    edits.touch(*[leaf for leaf, _ in targets(node, name)], structure=True)
-
-
-def swap_sources(edits: Edits, level: Network, new: Any) -> None:
-    """Rewrite the source of every wire of a level: ``new(text)`` gives the new text, or None to cut the wire."""
-    for node in level.nodes.values():
-        for name, wires in list(node.inputs.items()):
-            swapped = tuple(text for text in map(new, wires) if text is not None)
-            if swapped != wires:
-                put_wires(edits, node, name, swapped)
-
-
-def swap_faces(edits: Edits, level: Network, new: Any) -> None:
-    """Rewrite what the face of the group around a level leads to."""
-    if level.owner is None:
-        return
-    face = level.owner.expose
-    for table in (face.inputs, face.params):
-        for name, ports in list(table.items()):
-            swapped = tuple(map(new, ports))
-            if swapped != ports:
-                edits.put(table, name, swapped)
-    for name, port in list(face.outputs.items()):
-        if new(port) != port:
-            edits.put(face.outputs, name, new(port))
-
-
-def cut_outputs(edits: Edits, level: Network, node: Node, sources: Iterable[str]) -> None:
-    """Cut all wires that come from these ``node.output`` of a level."""
-    gone = set(sources)
-    swap_sources(edits, level, lambda text: None if text in gone else text)
-
-
-def hide(edits: Edits, level: Network, gone: Any) -> None:
-    """Take ports off the face of the group around a level, with what hangs on them outside. ``gone(id, port)``."""
-    group = level.owner
-    if group is None or group.parent is None:
-        return
-    for table in (group.expose.inputs, group.expose.params):
-        for name, ports in list(table.items()):
-            left = tuple(port for port in ports if not gone(*port.split(".", 1)))
-            if left == ports:
-                continue
-            if left:
-                edits.put(table, name, left)
-                continue
-            hide(edits, group.parent, lambda id, port, name=name: id == group.id and port == name)
-            if name in group.inputs:
-                put_wires(edits, group, name, ())
-            edits.drop(table, name)
-            if name in group.links:
-                scoped = links.lookup(group.parent, group.links[name])
-                edits.drop(group.links, name)
-                reap(edits, [scoped] if scoped else [])
-    for name, port in list(group.expose.outputs.items()):
-        if gone(*port.split(".", 1)):
-            hide(edits, group.parent, lambda id, port, name=name: id == group.id and port == name)
-            cut_outputs(edits, group.parent, group, [f"{group.id}.{name}"])
-            edits.drop(group.expose.outputs, name)
-    edits.touch(*group.leaves(), structure=True)
-
-
-def reap(edits: Edits, used: Iterable[links.Scoped]) -> None:
-    """Remove those of these variables that nobody follows any more, and what only they were derived from."""
-    queue = list(used)
-    for scoped in queue:
-        level, name = scoped
-        if name not in level.variables or any(links.followers(scoped)) or any(links.derived_from(scoped)):
-            continue
-        variable = level.variables[name]
-        operands = [links.lookup(level, operand) for operand in links.names_in(variable)]
-        edits.drop(level.variables, name)
-        edits.touch()
-        queue += [operand for operand in operands if operand is not None]
-
-
-def put_variable(edits: Edits, scoped: links.Scoped, value: Any) -> None:
-    """Write the value of a plain variable. Raises ParameterError where a parameter that follows refuses it."""
-    level, name = scoped
-    variable = level.variables[name]
-    value = links.checked(scoped, value)
-    declared = links.codec(scoped, value)
-    if not isinstance(variable.value, Kept) and links.same(declared, variable.value, value):
-        return
-    edits.assign(variable, "value", value)
-    touch_followers(edits, scoped)
-    for other in links.dependents(scoped)[1:]:
-        try:
-            links.checked(other, links.evaluate(other))
-        except ParameterError as error:
-            raise ParameterError(f"{links.label(scoped)}: {value!r} is refused, because {error}") from None
-
-
-def touch_followers(edits: Edits, scoped: links.Scoped) -> None:
-    """Mark every node that a variable decides something of, through expressions and groups too."""
-    edits.touch()
-    for one in links.dependents(scoped):
-        for node, param in links.followers(one):
-            edits.touch(*[leaf for leaf, _ in targets(node, param)])
-
-
-def _renamed(text: str, old: str, new: str) -> str:
-    id, _, port = text.partition(".")
-    return f"{new}.{port}" if id == old else text
-
-
-def _sources_read(level: Network, id: str) -> set[str]:
-    return {
-        text
-        for node in level.nodes.values()
-        for wires in node.inputs.values()
-        for text in wires
-        if text.rpartition(".")[0] == id
-    }
-
-
-def _with_inside(node: Node) -> Iterable[Node]:
-    yield node
-    if node.network is not None:
-        yield from node.network.walk()
-
-
-def _variables_of(node: Node) -> list[links.Scoped]:
-    found = [links.lookup(node.parent, name) for name in node.links.values()] if node.parent is not None else []
-    if node.network is not None:
-        for table in [node.network]:
-            for variable in table.variables.values():
-                found += [links.lookup(table, name) for name in links.names_in(variable)]
-    return [scoped for scoped in found if scoped is not None]
+def _belongs(id: str, port: str) -> bool:
+    return port.partition(".")[0] == id

@@ -72,8 +72,7 @@ def followers(scoped: Scoped) -> Iterator[tuple[Node, str]]:
 def derived_from(scoped: Scoped) -> Iterator[Scoped]:
     """Variables whose expressions name this one."""
     level, name = scoped
-    tables = [level, *(node.network for node in level.walk() if node.network is not None)]
-    for table in tables:
+    for table in level.levels():
         for other, variable in table.variables.items():
             if variable.expression and name in names_in(variable) and lookup(table, name) == scoped:
                 yield table, other

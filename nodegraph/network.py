@@ -189,6 +189,10 @@ class Network:
             if node.network is not None:
                 yield from node.network.walk()
 
+    def levels(self) -> list[Network]:
+        """This level and those of all groups below."""
+        return [self, *(node.network for node in self.walk() if node.network is not None)]
+
     def flatten(self) -> Flat:
         """Return the flat snapshot that the scheduler plans on; made anew only where something changed."""
         from nodegraph.flatten import flatten
@@ -306,6 +310,36 @@ class Network:
         from nodegraph.commands import Mute
 
         self.history.do(Mute(self.prefix + path, muted))
+
+    def group(self, *paths: str, id: str = GROUP) -> Handle:
+        """Put nodes into a group and return it."""
+        from nodegraph.group_commands import Group
+        from nodegraph.handle import Handle
+
+        command = Group([self.prefix + path for path in paths], id)
+        self.history.do(command)
+        return Handle(self.root, command.path)
+
+    def ungroup(self, path: str) -> None:
+        """Dissolve a group."""
+        from nodegraph.group_commands import Ungroup
+
+        self.history.do(Ungroup(self.prefix + path))
+
+    def copy(self, *paths: str) -> dict[str, Any]:
+        """Return nodes as JSON, for `paste` here or in another network."""
+        from nodegraph.clipboard import copy
+
+        return copy(self.root, [self.prefix + path for path in paths])
+
+    def paste(self, copied: dict[str, Any] | str) -> list[Handle]:
+        """Add what was copied and return the new nodes."""
+        from nodegraph.clipboard import Paste
+        from nodegraph.handle import Handle
+
+        command = Paste(copied, group=self.prefix.rstrip("/"))
+        self.history.do(command)
+        return [Handle(self.root, path) for path in command.paths]
 
     def undo(self) -> None:
         """Take back the last step."""

@@ -9,11 +9,12 @@ from __future__ import annotations
 from typing import Any
 
 from nodegraph import expressions, links
-from nodegraph.commands import Command, level_at, put_value, put_variable, reap, touch_followers
+from nodegraph.changes import level_at, put_variable, reap, rename_uses, touch_followers, unlink
+from nodegraph.commands import Command
 from nodegraph.edits import Edits
 from nodegraph.errors import CommandError, ParameterError, near_miss
 from nodegraph.links import FRAME, Scoped, label, lookup
-from nodegraph.network import Kept, Network, Node, Variable, check_id, split
+from nodegraph.network import Network, Node, Variable, check_id, split
 from nodegraph.params import Parameter, kind, stand_in
 from nodegraph.wires import targets
 
@@ -209,15 +210,8 @@ class RenameVariable(Command):
             raise ParameterError(f"{label(scoped)}: {FRAME} is reserved for the plain Int that counts pictures")
         if any(inner.network is not None and self.new in inner.network.variables for inner in level.walk()):
             raise CommandError(f"{label(scoped)}: a group inside has a variable {self.new!r}; choose another name")
-        followers, derived = list(links.followers(scoped)), list(links.derived_from(scoped))
-        for node, param in followers:
-            edits.put(node.links, param, self.new)
-        for table, other in derived:
-            variable = table.variables[other]
-            text = expressions.parse(variable.expression, "").renamed({name: self.new})
-            edits.assign(variable, "expression", text)
+        rename_uses(edits, scoped, self.new)
         edits.rekey(level.variables, name, self.new)
-        edits.touch(*[leaf for node, param in followers for leaf, _ in targets(node, param)])
 
 
 class RemoveVariable(Command):
@@ -261,32 +255,6 @@ def check_variable_name(level: Network, name: str) -> None:
     check_id(name, links.visible_names(level), "variables.")
     if name in expressions.RESERVED:
         raise CommandError(f"variables.{name}: this is the name of a function; choose another")
-
-
-def unlink(edits: Edits, node: Node, param: str) -> None:
-    """Take a link away and store the value that it gave."""
-    scoped = lookup(node.parent, node.links[param]) if node.parent is not None else None
-    kept: list[tuple[Node, str, Parameter, Any]] = []
-    for leaf, name in targets(node, param):
-        declared = leaf.processor.params.get(name) if leaf.processor is not None else None
-        if declared is not None:
-            try:
-                kept.append((leaf, name, declared, links.linked_value(leaf, name, declared)))
-            except ParameterError:
-                continue  # it had no usable value; the stored one or the default counts again
-    if node.trouble is not None and scoped is not None:
-        try:
-            value = links.evaluate(scoped)
-            json = links.codec(scoped, value).encode(value)
-            edits.put(node.params, param, Kept(json, node.trouble))
-        except ParameterError:
-            pass  # neither the value nor the processor is known: there is nothing to keep
-    edits.drop(node.links, param)
-    for leaf, name, declared, value in kept:
-        if links.link_of(leaf, name) is None:
-            put_value(edits, leaf, name, declared, value)
-    edits.touch(*[leaf for leaf, _ in targets(node, param)])
-    reap(edits, [scoped] if scoped else [])
 
 
 def derive(edits: Edits, scoped: Scoped, text: str) -> None:

@@ -91,11 +91,11 @@ def _file_text(path: Path) -> str:
 
 
 def _picture_text(path: Path) -> str:
-    from nodegraph.formats import png
+    from nodegraph.formats.png import read_workspace
 
     if not path.is_file():
         raise WorkspaceError("there is no such file", file=str(path))
-    text = png.read_workspace(path)
+    text = read_workspace(path)
     if text is None:
         raise WorkspaceError("this picture carries no workspace", file=str(path))
     return text
