@@ -13,9 +13,12 @@ class DepthDarkening(Processor):
     """Darken pixels that lie deeper than their surroundings, as if the nearer parts shaded them.
 
     The depth is smoothed with a Gaussian G over the pixels that show something; where the smoothed depth is less
-    than the pixel's own, D, the colour loses ``strength * (D - G * D) / range``, at most ``strength``. Depth is
-    linear, in mm, so the effect does not depend on clipping planes. Pixels that show nothing neither cast nor
-    take a shade. Source: Lindemann 2014, L32 (after Luft, Colditz and Deussen 2006).
+    than the pixel's own, D, the colour loses the share ``strength * (D - G * D) / range``, at most ``strength``.
+    (The source subtracts that from the colour itself, which shifts hues where a channel reaches 0; on white
+    the two are the same.) Depth is linear, in mm, so the effect does not depend on clipping planes. Pixels that
+    show nothing neither cast nor take a shade.
+
+    Source: Lindemann 2014, L32 (after Luft, Colditz and Deussen 2006).
     """
 
     image = Input(Image, doc="Picture with depth.", accepts=[channels(4), has_depth()])

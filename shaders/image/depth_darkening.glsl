@@ -49,6 +49,6 @@ vec4 pixel(ivec2 at) {
     }
     float difference = sum.x / sum.y - (z - reference);
     float dark = strength * clamp(difference / range, -1.0, 0.0);
-    return vec4(max(color.rgb + color.a * dark, 0.0), color.a);
+    return vec4(color.rgb * (1.0 + dark), color.a);
 }
 #endif

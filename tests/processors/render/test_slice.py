@@ -1,0 +1,74 @@
+"""Slices of affine fields are affine, on each device."""
+
+import numpy as np
+import pytest
+
+from nodegraph.data import Plane, TransferFunction, Volume
+from nodegraph.data.space import centred, transform_points
+from tests.support.calls import call
+
+
+def ramp(dims=(12, 10, 8), spacing=(1.0, 1.5, 2.0)):
+    """value = 2 x - y + 3 z + 5 in world mm."""
+    matrix = centred(dims, spacing)
+    z, y, x = np.meshgrid(*(np.arange(n) for n in dims[::-1]), indexing="ij")
+    world = transform_points(matrix, np.stack([x, y, z], -1))
+    return Volume((world @ [2.0, -1.0, 3.0] + 5.0).astype(np.float32), matrix)
+
+
+@pytest.mark.parametrize("normal", [(0, 0, 1), (0, -1, 0), (1, 0, 0), (0.3, -0.5, 0.8)])
+def test_an_affine_field_is_shown_exactly(device, normal):
+    volume = ramp()
+    plane = Plane((0.5, 0.25, -0.5), normal)
+    low, high = -60.0, 80.0
+    size = (21, 17)
+    image = call("render.slice", device, size, volume=volume, plane=plane, height=6.0, window=(low, high))
+    right, up = plane.axes
+    pixel = 6.0 / size[1]
+    ys, xs = np.mgrid[: size[1], : size[0]]
+    world = (
+        np.array(plane.origin)
+        + (xs - (size[0] - 1) / 2)[..., None] * pixel * right
+        - (ys - (size[1] - 1) / 2)[..., None] * pixel * up
+    )
+    inside = np.all(np.abs(world) <= [5.4, 6.6, 6.9], axis=-1)
+    grey = (world @ [2.0, -1.0, 3.0] + 5.0 - low) / (high - low)
+    assert inside.mean() > 0.5
+    assert np.abs(image.color[..., 0] - grey)[inside].max() < 2e-5
+    assert np.all(image.color[inside][:, 3] == 1)
+
+
+def test_outside_is_transparent_and_zero_height_shows_everything(device):
+    volume = ramp()
+    image = call("render.slice", device, (64, 64), volume=volume, plane=Plane((0, 0, 0), (0, 0, 1)))
+    rows = np.flatnonzero(image.color[..., 3].any(axis=1))
+    assert rows[0] <= 1
+    assert rows[-1] >= 62
+    assert image.color[32, 0, 3] == 0
+
+
+def test_nearest_shows_stored_values_only(device):
+    volume = Volume(np.arange(27, dtype=np.uint8).reshape(3, 3, 3))
+    image = call(
+        "render.slice", device, (30, 30), volume=volume, plane=Plane((0, 0, 0), (0, 0, 1)), interpolation="nearest",
+        window=(0.0, 26.0),
+    )  # fmt: skip
+    assert np.allclose(np.unique(image.color[..., 0]) * 26, np.arange(9, 18), atol=1e-4)
+
+
+def test_the_head_is_up_and_the_patient_faces_the_viewer(device):
+    """Coronal, seen from the front: z up, and the patient's left (+x) on the right of the picture."""
+    volume = ramp()
+    image = call(
+        "render.slice", device, (32, 32), volume=volume, plane=Plane((0, 0, 0), (0, -1, 0)), window=(-60.0, 80.0)
+    )
+    grey = image.color[..., 0]
+    assert grey[4, 16] > grey[28, 16]
+    assert grey[16, 24] > grey[16, 8]
+
+
+def test_a_transfer_function_colours_with_its_own_opacity(device):
+    volume = Volume(np.full((4, 4, 4), 0.5, np.float32))
+    tf = TransferFunction([(0.0, (1, 0, 0), 0.0), (1.0, (1, 0, 0), 0.75)], reference_length=3.0)
+    image = call("render.slice", device, (8, 8), volume=volume, coloring="transfer_function", transfer_function=tf)
+    assert np.allclose(image.color[4, 4], [0.5, 0, 0, 0.5], atol=1e-6)  # half the extinction of 0.75: sqrt(0.25)
