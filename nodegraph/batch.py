@@ -8,7 +8,6 @@ same content is skipped, so an interrupted batch goes on where it stopped.
 from __future__ import annotations
 
 import contextlib
-import functools
 import hashlib
 import json
 import os
@@ -19,12 +18,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nodegraph.errors import GraphError, PortError
-
-if TYPE_CHECKING:
-    from nodegraph.engine import Engine
 
 RECORD = "task.json"
 
@@ -126,7 +121,7 @@ def run_task(task: Task) -> Outcome:
 
 def _write_outputs(task: Task) -> list[str]:
     """Evaluate a task and write its pictures; what effects write they write themselves. Returns the report's notes."""
-    from nodegraph import workspace
+    from nodegraph import scripting, workspace
     from nodegraph.overrides import assign
     from nodegraph.pictures import images_of, is_effect, write_picture
 
@@ -135,7 +130,9 @@ def _write_outputs(task: Task) -> list[str]:
         assign(network, place, text)
     flat = network.flatten()
     Path(task.folder).mkdir(parents=True, exist_ok=True)
-    report = _engine(task.device).evaluate(network, [sink for sink, _ in task.outputs], size=task.size)
+    # The engine of this process: opening a device and reading a volume once serves all tasks of a worker.
+    engine = scripting.engine(task.device)
+    report = engine.evaluate(network, [sink for sink, _ in task.outputs], size=task.size)
     report.raise_first()
     for sink, file in task.outputs:
         if not is_effect(flat, sink):
@@ -144,14 +141,6 @@ def _write_outputs(task: Task) -> list[str]:
                 raise PortError(f"{sink}: shows {len(images)} pictures where one was expected; name it as node.output")
             write_picture(next(iter(images.values())), Path(file), network)
     return report.notes
-
-
-@functools.cache
-def _engine(device: str) -> Engine:
-    """The engine of this worker process: opening a device and reading a volume once serves all its tasks."""
-    from nodegraph.engine import Engine
-
-    return Engine(device=device)
 
 
 def run_tasks(

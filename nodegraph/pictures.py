@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nodegraph.data import Image
-from nodegraph.plan import default_sinks
+from nodegraph.requests import default_sinks
 
 if TYPE_CHECKING:
     from nodegraph.flat import Flat

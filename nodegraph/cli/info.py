@@ -54,7 +54,7 @@ def _plain(value: Any) -> str:
 
 
 def _workspace(file: str) -> dict[str, Any]:
-    from nodegraph.plan import default_sinks
+    from nodegraph.requests import default_sinks
 
     network = open_workspace(file)
     flat = network.flatten()

@@ -120,7 +120,7 @@ def outputs_of(network: Network, sinks: Sequence[str]) -> list[tuple[str, str, s
     Every task has a folder of its own, so effects are sent there: their path keeps its last part only.
     """
     from nodegraph.pictures import is_effect
-    from nodegraph.plan import default_sinks
+    from nodegraph.requests import default_sinks
 
     flat = network.flatten()
     found = []
