@@ -40,7 +40,8 @@ class FieldSource:
 
 def check_names(module: Module, bindings: Mapping[str, Any], kernel: str) -> None:
     """Raise ParameterError for a binding that the kernel does not declare and for one that it lacks."""
-    declared = {d.name: d for d in (*module.uniforms, *module.fields)}
+    declarations: list[Uniform | FieldDecl] = [*module.uniforms, *module.fields]
+    declared = {declaration.name: declaration for declaration in declarations}
     for name in declared:
         if name in RESERVED:
             raise ParameterError(f"{kernel}.{name}: this name belongs to an argument of run(); rename the uniform")

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from nodegraph.compute import language
-from nodegraph.compute.device import Device, Job, Owned, BuildFailure
+from nodegraph.compute.device import BuildFailure, Device, Job, Owned
 from nodegraph.compute.language import Layout, Leaf, Matrix, Module, Storage
 from nodegraph.compute.memory import Budget, Entry
 from nodegraph.compute.storage import Placement
@@ -28,7 +28,11 @@ PACKAGES = "apt install pocl-opencl-icd, or pip install pocl-binary-distribution
 GROUP = 64
 """Work items of a group, along x. One fixed shape: PoCL compiles a kernel anew for every shape of group."""
 
-_ERROR = re.compile(r'^\s*"?(?P<file>[^\s":]+)"?:(?P<line>\d+)(?::\d+)?: (?:fatal )?error: (?P<text>.*)$', re.M)
+# How drivers write a place: clang "a.glsl:3:7: error: ...", PoCL "error: a.glsl:3:7: ...".
+_ERRORS = (
+    re.compile(r'^"?(?P<file>[^":\n]+)"?:(?P<line>\d+)(?::\d+)?: (?:fatal )?error: (?P<text>.*)$', re.M),
+    re.compile(r'^error: "?(?P<file>[^":\n]+)"?:(?P<line>\d+)(?::\d+)?: (?P<text>.*)$', re.M),
+)
 
 
 class _Handle:
@@ -91,9 +95,10 @@ class CLDevice(Device):
                 warnings.simplefilter("ignore")
                 program = cl.Program(self._context, text).build(options=options)
         except cl.RuntimeError as error:
-            found = _ERROR.search(str(error))
-            if found:
-                raise BuildFailure(found["text"].strip(), found["file"], int(found["line"])) from None
+            for pattern in _ERRORS:
+                found = pattern.search(str(error))
+                if found:
+                    raise BuildFailure(found["text"].strip(), found["file"], int(found["line"])) from None
             raise BuildFailure(str(error).strip().splitlines()[0]) from None
         kernel = cl.Kernel(program, layout.kernel)
         reals = np.zeros(max(1, layout.reals), self.real)

@@ -145,7 +145,7 @@ class Device(ABC):
         self.memory.drain()
         source = kernel if isinstance(kernel, shaders.Source) else self._source(kernel)
         label = kernel if isinstance(kernel, str) else source.files[0].removesuffix(shaders.SUFFIX)
-        key = (source.digest, source.files[0], tuple(sorted((defines or {}).items())))
+        key = (source.digest, source.files[0], tuple((n, type(d), d) for n, d in sorted((defines or {}).items())))
         module = self._modules.get(key)
         if module is None:
             module = self._modules[key] = self.compile(source, defines or {})

@@ -19,7 +19,7 @@ import numpy as np
 
 from nodegraph.compute import gl_calls as gl
 from nodegraph.compute import language
-from nodegraph.compute.device import Device, Job, Owned, BuildFailure
+from nodegraph.compute.device import BuildFailure, Device, Job, Owned
 from nodegraph.compute.gl_calls import Calls
 from nodegraph.compute.language import Layout, Matrix, Module, Storage
 from nodegraph.compute.memory import Budget, Entry

@@ -39,7 +39,7 @@ void main() {
 """
 # moderngl's letter for the type of a uniform, and numpy's.
 _CODES = {"f": "f4", "i": "i4", "I": "u4"}
-_CLEARS = {"float": ctypes.c_float, "int": ctypes.c_int, "uint": ctypes.c_uint}
+_CLEARS: dict[str, Any] = {"float": ctypes.c_float, "int": ctypes.c_int, "uint": ctypes.c_uint}
 
 
 class Rasteriser:
@@ -68,14 +68,14 @@ class Rasteriser:
     ) -> Any:
         """Draw ``mesh`` into new images of ``size`` (w, h); return a named tuple of Buffers, one for each target.
 
-        ``targets`` maps names to types (float, vec2, vec4, int, uint). ``fragment`` is GLSL 3.30 without ``#version`` and
-        ``main``: it declares its uniforms and defines ``void shade()``, which assigns the targets by name. It may read
+        ``targets`` maps names to types (float, vec2, vec4, int, uint). ``fragment`` is GLSL 3.30 without ``#version``
+        and ``main``: it declares its uniforms and defines ``void shade()``, which assigns the targets by name. It may read
         ``position``, the point in world mm minus ``origin``, ``gl_PrimitiveID``, the triangle's number, and
         ``gl_FrontFacing``, true where the triangle is seen counter-clockwise. ``view_projection`` (4, 4) takes
         positions to OpenGL's clip space, y up; give the eye as ``origin`` to keep digits far from the world's centre.
 
-        ``clear`` is what pixels without mesh hold, one number or one for each target. ``blend`` min, max and add combine
-        all triangles of a pixel, component by component; over is premultiplied, in the order of the triangles.
+        ``clear`` is what pixels without mesh hold, one number or one for each target. ``blend`` min, max and add
+        combine all triangles of a pixel, component by component; over is premultiplied, in the order of the triangles.
         Without ``depth_test`` nothing is cut off at the near and far plane. ``cull`` leaves out front or back faces.
         """
         device = self._device
