@@ -6,7 +6,7 @@ A change of values rebuilds just the nodes that commands have marked: a drag in 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +14,9 @@ from nodegraph.errors import CycleError, GraphError, ParameterError, PortError, 
 from nodegraph.flat import Flat, FlatNode, Source
 from nodegraph.links import link_of, linked_value
 from nodegraph.network import Kept, Network, Node
+from nodegraph.params import Parameter
 from nodegraph.ports import Input, connects, port_type
-from nodegraph.wires import Wire, feeds, resolve, value_type
+from nodegraph.wires import Known, Wire, feeds, resolve, value_type
 
 
 @dataclass(slots=True)
@@ -70,7 +71,8 @@ def _rebuild(root: Network, old: _Kept | None) -> _Kept:
     muted: set[str] = set()
     faces: list[Node] = []
     _collect(root, "", paths, muted, faces)
-    links = {node: _links_of(node, path) for node, path in paths.items()}
+    known: Known = {}
+    links = {node: _links_of(node, path, known) for node, path in paths.items()}
     by_path = {path: node for node, path in paths.items()}
     order = _order(by_path, links)
     nodes: dict[str, FlatNode] = {}
@@ -78,7 +80,7 @@ def _rebuild(root: Network, old: _Kept | None) -> _Kept:
         node = by_path[path]
         nodes[path] = _reuse(old, node, path, links[node], root) or _flat_node(node, path, links[node], root.revision)
     outputs = {
-        f"{node.path}.{name}": _as_source(resolve(node.parent, f"{node.id}.{name}", f"{node.path}.{name}"))
+        f"{node.path}.{name}": _as_source(resolve(node.parent, f"{node.id}.{name}", f"{node.path}.{name}", known))
         for node in faces
         if node.parent is not None
         for name in (node.expose.outputs if node.network is not None else _outputs(node))
@@ -179,55 +181,70 @@ def _hidden_by_known(node: Node, values: dict[str, Any]) -> frozenset[str]:
 # -- wires --------------------------------------------------------------------------------------------------------
 
 
-def _links_of(node: Node, path: str) -> _Links:
+def _links_of(node: Node, path: str, known: Known) -> _Links:
     """Follow all wires into a plain node and say what is wrong with them."""
     cls = node.processor
     if cls is None:
         return _Links({}, {}, node.trouble)
-    sources: dict[str, tuple[Source, ...]] = {}
+    sources: dict[str, tuple[Source, ...]] = dict.fromkeys(cls.inputs, ())
     wired: dict[str, Source] = {}
     problems: list[GraphError] = []
-    for name in node.inputs:
-        if name not in cls.inputs and name not in cls.params:
+    for name, wires in _wires_into(node).items():
+        port = cls.inputs.get(name) or cls.params.get(name)
+        if port is None:
             miss = near_miss(name, [*cls.inputs, *cls.params])
             problems.append(PortError(f"{path}.{name}: no such input or parameter{miss}; disconnect it"))
-    for name, port in cls.inputs.items():
-        found = list(_follow(node, path, name, port, port.many, problems))
-        sources[name] = tuple(found)
-        if not found and port.required and not problems:
-            what = f"wire {'at least one ' if port.many else 'a '}{port_type(port.type).name} to it"
+            continue
+        found = _follow(f"{path}.{name}", port, wires, problems, known)
+        if name in sources:
+            sources[name] = found
+        elif found:
+            wired[name] = found[0]
+    for name, declared in cls.inputs.items():
+        if not sources[name] and declared.required and not problems:
+            what = f"wire {'at least one ' if declared.many else 'a '}{port_type(declared.type).name} to it"
             problems.append(PortError(f"{path}.{name}: nothing is connected; {what}"))
-    grouped = node.parent is not None and node.parent.owner is not None
-    for name in cls.params if grouped else [name for name in node.inputs if name in cls.params]:
-        for source in _follow(node, path, name, cls.params[name], False, problems):
-            wired[name] = source
     return _Links(sources, wired, problems[0] if problems else None)
 
 
-def _follow(node: Node, path: str, name: str, port: Any, many: bool, problems: list[GraphError]) -> Iterator[Source]:
+def _wires_into(node: Node) -> dict[str, list[Wire]]:
+    """All wires into a plain node by port: its own, then those through the faces of groups around it."""
+    level = node.parent
+    assert level is not None
+    found: dict[str, list[Wire]] = {name: [(level, text) for text in texts] for name, texts in node.inputs.items()}
+    owner = level.owner
+    if owner is not None:
+        for faces in (owner.expose.inputs, owner.expose.params):
+            for face, ports in faces.items():
+                for port in ports:
+                    id, _, name = port.partition(".")
+                    if id == node.id and (wires := feeds(owner, face)):
+                        found.setdefault(name, []).extend(wires)
+    return found
+
+
+def _follow(
+    where: str, port: Input | Parameter, wires: list[Wire], problems: list[GraphError], known: Known
+) -> tuple[Source, ...]:
     """Sources of one port, in wire order; what is wrong goes to ``problems``."""
-    where = f"{path}.{name}"
-    wires: list[Wire] = feeds(node, name)
-    if not many and len(wires) > 1:
+    if len(wires) > 1 and not (isinstance(port, Input) and port.many):
         problems.append(PortError(f"{where}: {len(wires)} wires come in where one may; disconnect the others"))
-        return
+        return ()
+    wanted = value_type(port)
+    sources: list[Source] = []
     for level, text in wires:
-        found = resolve(level, text, where)
+        found = resolve(level, text, where, known)
         if isinstance(found, GraphError):
             problems.append(found)
             continue
         above, output = found
-        wanted = value_type(port)
-        if above.processor is not None and not connects(above.processor.outputs[output].type, wanted):
-            given = port_type(above.processor.outputs[output].type).name
-            kind = "input" if isinstance(port, Input) else "parameter"
-            problems.append(
-                PortError(
-                    f"{where}: this {kind} takes {port_type(wanted).name}, but {above.path}.{output} gives {given}"
-                )
-            )
-            continue
-        yield above.path, output
+        given = above.processor.outputs[output].type if above.processor is not None else wanted
+        if given is wanted or connects(given, wanted):
+            sources.append((above.path, output))
+        else:
+            names = port_type(wanted).name, port_type(given).name
+            problems.append(PortError(f"{where}: takes {names[0]}, but {above.path}.{output} gives {names[1]}"))
+    return tuple(sources)
 
 
 def _order(nodes: dict[str, Node], links: dict[Node, _Links]) -> list[str]:

@@ -349,6 +349,18 @@ class Network:
         """Do again what was taken back last."""
         self.history.redo()
 
+    def run(self, sinks: Iterable[str] | str | None = None, **options: Any) -> Any:
+        """Evaluate on this process's engine and return what the sinks show; see `nodegraph.scripting.run_network`."""
+        from nodegraph.scripting import run_network
+
+        return run_network(self.root, sinks, **options)
+
+    def _repr_png_(self) -> bytes | None:
+        """The network's first picture, for notebooks."""
+        from nodegraph.scripting import notebook_png
+
+        return notebook_png(self.root)
+
     def save(self, path: str | Path | None = None) -> None:
         """Write the workspace, by default to the file that it came from."""
         from nodegraph import workspace

@@ -157,20 +157,30 @@ def _above(node: Node) -> Iterator[Node]:
 # -- following a wire ---------------------------------------------------------------------------------------------
 
 
-def resolve(level: Network, source: str, where: str) -> tuple[Node, str] | GraphError:
+Known = dict[tuple[Node, str], tuple[Node, str]]
+"""Outputs of muted nodes and groups that were followed to their ends; shared by the calls of one pass."""
+
+
+def resolve(level: Network, source: str, where: str, known: Known) -> tuple[Node, str] | GraphError:
     """Return the plain, unmuted output that a wire comes from, or the error why there is none.
 
     ``where`` is the port at its end, which the message begins with.
     """
-    seen: set[tuple[int, str]] = set()
+    seen: dict[tuple[Node, str], None] = {}
     while True:
         try:
             node, output = source_node(level, source, where)
         except PortError as error:
             return error
-        if (id(node), output) in seen:
+        if not node.muted and node.processor is not None and output in node.processor.outputs:
+            if seen:
+                known.update(dict.fromkeys(seen, (node, output)))
+            return node, output
+        if (node, output) in known:
+            return known[node, output]
+        if (node, output) in seen:
             return CycleError([node.path, node.path])
-        seen.add((id(node), output))
+        seen[node, output] = None
         if node.muted:
             name = pass_through(node, output)
             if name is None:
@@ -189,11 +199,11 @@ def resolve(level: Network, source: str, where: str) -> tuple[Node, str] | Graph
                 miss = near_miss(output, node.expose.outputs)
                 return PortError(f"{where}: the group {node.path} shows no output {output!r}{miss}")
             level, source = node.network, inner
-        elif node.processor is not None and output not in node.processor.outputs:
+        elif node.processor is not None:
             miss = near_miss(output, node.processor.outputs)
             return PortError(f"{where}: {node.path} has no output {output!r}{miss}")
         else:
-            return node, output
+            return node, output  # of an unknown processor; whether it has that output is not known either
 
 
 def pass_through(node: Node, output: str) -> str | None:
