@@ -45,6 +45,7 @@ class LastingKeys:
         """The lasting key of the input of a task that has this provenance; None when it is none of them."""
         for sources in self._plan.tasks[place].feeds.values():
             for source, output in sources or ():
-                if provenance(self._plan.tasks[source].fingerprint, output) == made:
+                task = self._plan.tasks[source]
+                if made == (task.fingerprint if task.path in self._plan.given else provenance(task.fingerprint, output)):
                     return provenance(self.key(source), output)
         return None

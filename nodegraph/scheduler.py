@@ -84,6 +84,9 @@ class Run:
         self._pool_queue: list[int] = []
         self._jobs: dict[int, Job] = {}
         self._pins: dict[int, bytes] = {}
+        # Tasks that would do exactly what another one does: they take its result.
+        self._twins: dict[int, list[int]] = {}
+        self._followers: set[int] = set()
         self.lasting = LastingKeys(plan)
         self._over = False
 
@@ -124,7 +127,7 @@ class Run:
         self._jobs.clear()
         self._results.clear()
         for place in list(self._pins):
-            self._unpin(place)
+            self._forget(place)
 
     def check(self) -> None:
         """Raise Cancelled where the evaluation shall stop. Any thread."""
@@ -150,7 +153,8 @@ class Run:
             if kept is not None:
                 self._results[place] = kept
                 self.report.cached.append(task.path)
-                self.report.notes += kept.notes
+                for note in kept.notes:
+                    self.note(note, task.path)
                 continue
             todo.append(place)
             if task.problem is None and cache.failure(task.fingerprint) is None:
@@ -185,8 +189,15 @@ class Run:
         for place in shown:
             self._readers[place] = 1
         running = set(todo)
+        first: dict[bytes, int] = {}
         for place in todo:
             task = self.plan.tasks[place]
+            if task.problem is None and task.processor is not None and not task.processor.effect:
+                same = first.setdefault(task.fingerprint, place)
+                if same != place:
+                    self._twins.setdefault(same, []).append(place)
+                    self._followers.add(place)
+                    continue
             above = {source for sources in task.feeds.values() for source, _ in sources or ()}
             for source in above:
                 self._readers[source] = self._readers.get(source, 0) + 1
@@ -328,8 +339,7 @@ class Run:
         if task.path not in report.errors:
             report.states[task.path] = CLEAN
         for note in result.notes:
-            if note not in report.notes:
-                self.note(note, task.path)
+            self.note(note, task.path)
         self._results[place] = result
         if not processor.effect:
             self.context.cache.put(task.fingerprint, result)
@@ -338,13 +348,21 @@ class Run:
                 if refused:
                     self.note(f"{task.path}: not kept on disk: {refused}", task.path)
         self._emit(Event("finished", task.path, seconds=result.seconds, size=task.size, values=result.values))
+        twins = self._twins.get(place, ())
+        for twin in twins:
+            self._results[twin] = result
+            if self.plan.tasks[twin].path != task.path:
+                report.cached.append(self.plan.tasks[twin].path)
         self._release(place)
-        for below in self._below.get(place, ()):
-            waiting = self._missing.get(below)
-            if waiting is not None and place in waiting:
-                waiting.discard(place)
-                if not waiting:
-                    self._settle_or_queue(below)
+        for ready in (place, *twins):
+            for below in self._below.get(ready, ()):
+                waiting = self._missing.get(below)
+                if waiting is not None and ready in waiting:
+                    waiting.discard(ready)
+                    if not waiting:
+                        self._settle_or_queue(below)
+            if self._readers.get(ready, 0) == 0:
+                self._forget(ready)
 
     def _release(self, place: int) -> None:
         """Let go of what this task was the last to read, so that little more than what is still read is alive."""
@@ -352,13 +370,11 @@ class Run:
         for above in {source for sources in task.feeds.values() for source, _ in sources or ()}:
             self._readers[above] -= 1
             if self._readers[above] == 0:
-                self._results.pop(above, None)
-                self._unpin(above)
-        if self._readers.get(place, 0) == 0:
-            self._results.pop(place, None)
-            self._unpin(place)
+                self._forget(above)
 
-    def _unpin(self, place: int) -> None:
+    def _forget(self, place: int) -> None:
+        """Nobody in this run reads a task any more; the cache may keep it or not."""
+        self._results.pop(place, None)
         key = self._pins.pop(place, None)
         if key is not None:
             self.context.cache.unpin(key)
@@ -379,6 +395,8 @@ class Run:
 
     def _fail(self, place: int, error: GraphError) -> None:
         """A task cannot go on: it failed, or its own declaration or wiring forbids it to start."""
+        for twin in self._twins.pop(place, ()):
+            self._fail(twin, error)
         path = self.plan.tasks[place].path
         state = "failed" if isinstance(error, ProcessError) else "blocked"
         self.report.errors.setdefault(path, error)
@@ -401,8 +419,10 @@ class Run:
             else:
                 self.report.states[path] = State("blocked", text)
                 self._emit(Event("blocked", path, text))
-            self._release(place)
-            below += self._below.get(place, ())
+            if place not in self._followers:
+                self._release(place)
+            self._forget(place)
+            below += [*self._below.get(place, ()), *self._twins.get(place, ())]
 
     # -- telling ------------------------------------------------------------------------------------------------
 
