@@ -34,7 +34,8 @@ INTERRUPTED = 130
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     try:
-        code = _dispatch(list(sys.argv[1:] if arguments is None else arguments))
+        # A tuple, since `list` names a command here as soon as that one was imported.
+        code = _dispatch(tuple(sys.argv[1:] if arguments is None else arguments))
         sys.stdout.flush()
         return code
     except GraphError as error:
@@ -56,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
 
 
-def _dispatch(arguments: list[str]) -> int:
+def _dispatch(arguments: tuple[str, ...]) -> int:
     from nodegraph.cli.arguments import Parser, UsageError
 
     if not arguments or arguments[0] in ("-h", "--help", "help"):

@@ -18,9 +18,6 @@ def run(arguments: argparse.Namespace) -> int:
     from nodegraph.engine import Engine
 
     network = open_workspace(arguments.file, arguments.set)
-    engine = Engine(device=arguments.device)
-    try:
+    with Engine(device=arguments.device) as engine:
         print(explain.explain(engine, network, arguments.view or None, size=arguments.size))
-    finally:
-        engine.close()
     return 0

@@ -41,17 +41,14 @@ def run(arguments: argparse.Namespace) -> int:
     views = views_of(network.flatten(), sinks)
     destination = Destination(arguments.out, views)
 
-    engine = Engine(device=arguments.device)
-    try:
+    files = []
+    with Engine(device=arguments.device) as engine:
         with Progress() as progress:
             report = engine.evaluate(network, sinks, size=arguments.size, on_event=lambda event: _show(progress, event))
-        files = []
         for name, image in images_of(report, views).items():
             path = destination.file_for(name)
             write_picture(image, path, network)
             files.append(str(path))
-    finally:
-        engine.close()
     if arguments.json:
         print(json.dumps(document(report, arguments.file, files, time.perf_counter() - start), indent=1))
     else:

@@ -1,11 +1,20 @@
-"""Say what made a node dirty or kept it clean: what its result depends on, and whether such a result is kept."""
+"""Say what made a node dirty or kept it clean.
+
+With --set the workspace as it is counts as evaluated: what would make the node run again, and what would not. Example:
+
+    nodegraph why first_light.json raycast --set ct.path=other.nii.gz
+"""
 
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from nodegraph.cli.arguments import add_run_options
 from nodegraph.cli.opening import open_workspace
+
+if TYPE_CHECKING:
+    from nodegraph.plan import Plan, Task
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -17,11 +26,26 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from nodegraph import explain
     from nodegraph.engine import Engine
+    from nodegraph.overrides import assign
 
-    network = open_workspace(arguments.file, arguments.set)
-    engine = Engine(device=arguments.device)
-    try:
-        print(explain.why(engine, network, arguments.node, arguments.view or None, size=arguments.size))
-    finally:
-        engine.close()
+    network = open_workspace(arguments.file)
+    sinks = arguments.view or None
+    with Engine(device=arguments.device) as engine:
+        before = engine.plan(network, sinks, size=arguments.size)
+        for assignment in arguments.set:
+            assign(network, assignment.place, assignment.text)
+        now = engine.plan(network, sinks, size=arguments.size)
+        first, second = _task(before, arguments.node), _task(now, arguments.node)
+        if not arguments.set or first is None or second is None:
+            print(explain.why(engine, network, arguments.node, sinks, size=arguments.size))
+        elif first.fingerprint == second.fingerprint:
+            print(f"{arguments.node}: stays clean: nothing that it depends on changes")
+        else:
+            differences = explain.changes((first, before.tasks), (second, now.tasks))
+            print(f"{arguments.node}: runs again: {'; '.join(differences)}")
     return 0
+
+
+def _task(plan: Plan, path: str) -> Task | None:
+    """The first task of a node in a plan; None where the plan does without the node."""
+    return next((task for task in plan.tasks if task.path == path), None)
