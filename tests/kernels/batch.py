@@ -43,9 +43,7 @@ def inputs() -> np.ndarray:
 
 def source(cases: Sequence[Case], shared: str = "") -> Source:
     """Return the kernel that runs all cases."""
-    functions = "\n".join(
-        f"vec4 case_{k}(vec4 v, vec4 w, int i) {{\n{case.body}\n}}" for k, case in enumerate(cases)
-    )
+    functions = "\n".join(f"vec4 case_{k}(vec4 v, vec4 w, int i) {{\n{case.body}\n}}" for k, case in enumerate(cases))
     calls = "\n".join(f"    if (at.y == {k}) return case_{k}(v, w, at.x);" for k in range(len(cases)))
     return Source.of(
         f"{shared}\nfield2 inputs;\n{functions}\nvec4 pixel(ivec2 at) {{\n"

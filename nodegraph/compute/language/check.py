@@ -110,7 +110,9 @@ class _Checker(StatementChecker):
         if decl.word == "const":
             if decl.value is None:
                 raise self.fail(decl.line, f"the const {decl.name} needs a value")
-            self.refuse_inconstant(decl.value, isinstance(type, Array))
+            if isinstance(type, Array) and not isinstance(decl.value, s.ArrayLiteral):
+                raise self.fail(decl.line, f"write the elements of {decl.name} as {type}(...)")
+            self.refuse_inconstant(decl.value)
         if decl.word == "uniform" and decl.value is not None and decl.value.constant is None:
             raise self.fail(decl.line, "the default of a uniform is a constant number, bool or vector")
         prefix = {"const": "k", "uniform": "u", "field": "f"}[decl.word]
@@ -120,20 +122,19 @@ class _Checker(StatementChecker):
         decl.symbol = symbol
         self.globals[decl.name] = symbol
 
-    def refuse_inconstant(self, expr: s.Expr, in_array: bool) -> None:
-        """A global const depends on constants only; an array of them not even on functions."""
-        if isinstance(expr, s.Name):
+    def refuse_inconstant(self, expr: s.Expr) -> None:
+        """A global const depends on constants only; the elements of an array of them have known values."""
+        if isinstance(expr, s.ArrayLiteral):
+            for arg in expr.args:
+                if arg.constant is None:
+                    raise self.fail(arg.line, "an array of constants is made of numbers and vectors of numbers")
+        elif isinstance(expr, s.Name):
             if expr.symbol is None or expr.symbol.kind != "const":
                 raise self.fail(expr.line, f"{expr.name} is no constant, and this const is global")
-            if in_array and not (isinstance(expr.type, Numeric) and expr.constant is not None):
-                raise self.fail(expr.line, "an array of constants is made of numbers and vectors")
-        elif isinstance(expr, s.Call):
-            if expr.target in ("function", "field") or (in_array and expr.target == "builtin"):
-                raise self.fail(expr.line, f"a global const cannot call {expr.name}: write the value")
-        elif isinstance(expr, s.Index | s.Member | s.Ternary) and in_array and expr.constant is None:
-            raise self.fail(expr.line, "an array of constants is made of numbers and vectors")
+        elif isinstance(expr, s.Call) and expr.target in ("function", "field"):
+            raise self.fail(expr.line, f"a global const cannot call {expr.name}: write the value")
         for part in children(expr):
-            self.refuse_inconstant(part, in_array)
+            self.refuse_inconstant(part)
 
     def declare_function(self, function: s.Function) -> None:
         name, line = function.name, function.line

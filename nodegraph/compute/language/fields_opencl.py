@@ -84,7 +84,9 @@ def _fetch(printer: _OpenclPrinter, ref: FieldRef, slot: FieldSlot, sizes: list[
         f"    const {integer} {'xyz'[axis]} = clamp({own}, 0, {size} - 1);\n"
         for axis, (own, size) in enumerate(zip(names, sizes, strict=True))
     )
-    at = {1: "x", 2: f"y * {sizes[0]} + x", 3: f"(z * {sizes[1]} + y) * {sizes[0]} + x"}[axes]
+    at = "x"
+    if axes > 1:
+        at = f"{'y' if axes == 2 else f'(z * {sizes[1]} + y)'} * {sizes[0]} + x"
     if printer.kind(ref).endswith("u"):
         step = f" * {storage.components}" if storage.components > 1 else ""
         return f"{text}    return (uint){slot.sampler}[({at}){step}];\n"

@@ -130,8 +130,20 @@ class _GlslPrinter(Printer):
         return f"struct {self.type(struct)} {{ {members} }};"
 
     def constant(self, decl: s.GlobalDecl) -> str:
+        """A constant is a macro: GLSL's own constants cannot call our functions. Its name, k_NAME, is nobody else's."""
         assert decl.symbol is not None and decl.value is not None
-        return f"const {self.declared(decl.symbol.type, decl.symbol.printed)} = {self.expr(decl.value)};"
+        name, value = decl.symbol.printed, decl.value
+        if not isinstance(value, s.ArrayLiteral):
+            return f"#define {name} ({self.expr(value)})"
+        items = ", ".join(self.known(arg.constant, arg.type) for arg in value.args)
+        return f"const {self.declared(value.type, name)} = {self.type(value.type)}({items});"
+
+    def known(self, value: s.Constant | None, type: Type) -> str:
+        """Return a folded number or vector."""
+        assert value is not None and isinstance(type, Numeric)
+        if isinstance(value, tuple):
+            return f"{type}({', '.join(self.known(part, Numeric(type.base)) for part in value)})"
+        return literal(s.Literal(0, type.base, value))
 
     def zero(self, type: Type) -> str:
         if isinstance(type, Numeric):
@@ -276,4 +288,6 @@ def literal(expr: s.Literal) -> str:
         return repr(float(expr.value))
     if expr.kind == "bool":
         return "true" if expr.value else "false"
+    if expr.value == -0x80000000:
+        return "(-2147483647 - 1)"  # its digits alone pass the largest int
     return f"{expr.value}u" if expr.kind == "uint" else str(expr.value)

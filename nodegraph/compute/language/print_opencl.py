@@ -131,12 +131,18 @@ class _OpenclPrinter(CallPrinter):
     def constant(self, decl: s.GlobalDecl) -> str:
         """A constant is a macro: its name is its own (k_NAME), so nothing else is replaced. Arrays are program data."""
         assert decl.symbol is not None and decl.value is not None
-        value = self.expr(decl.value)
-        if isinstance(decl.symbol.type, Array):
-            assert isinstance(decl.value, s.ArrayLiteral)
-            items = ", ".join(self.expr(arg) for arg in decl.value.args)
-            return f"__constant {self.type(decl.symbol.type)} {decl.symbol.printed} = {{{{{items}}}}};"
-        return f"#define {decl.symbol.printed} ({value})"
+        name, value = decl.symbol.printed, decl.value
+        if not isinstance(value, s.ArrayLiteral):
+            return f"#define {name} ({self.expr(value)})"
+        items = ", ".join(self.known(arg.constant, arg.type) for arg in value.args)
+        return f"__constant {self.type(value.type)} {name} = {{{{{items}}}}};"
+
+    def known(self, value: s.Constant | None, type: Type) -> str:
+        """Return a folded number or vector."""
+        assert value is not None and isinstance(type, Numeric)
+        if isinstance(value, tuple):
+            return f"({self.type(type)})({', '.join(self.known(part, Numeric(type.base)) for part in value)})"
+        return self.literal(s.Literal(0, type.base, value))
 
     def zero(self, type: Type) -> str:
         if isinstance(type, Numeric):
