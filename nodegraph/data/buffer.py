@@ -53,8 +53,9 @@ class Buffer:
                 if self._array is None:
                     assert self._fetch is not None
                     array = self._fetch()
-                    if array.shape != self.shape:
-                        raise PortError(f"device returned shape {array.shape} where {self.shape} was promised")
+                    if array.shape != self.shape or array.dtype != self.dtype:
+                        got, promised = f"{array.dtype} {array.shape}", f"{self.dtype} {self.shape}"
+                        raise PortError(f"device returned {got} where {promised} was promised")
                     array = array.view()
                     array.flags.writeable = False
                     self._array = array

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nodegraph.data.numbers import fields, number, numbers
-from nodegraph.data.space import Matrix, Vector, normalize
+from nodegraph.data.space import Matrix, Vector, frozen, normalize
 from nodegraph.data.value import Parts, Value
 from nodegraph.errors import ParameterError
 
@@ -65,7 +65,7 @@ class Camera(Value):
             raise ParameterError(f"{where}: up is parallel to the view (or zero); choose another up")
         forward = normalize(view)
         right = normalize(np.cross(forward, normalize(self.up)))
-        self._set(_basis=(right, np.cross(right, forward), forward))
+        self._set(_basis=tuple(frozen(axis) for axis in (right, np.cross(right, forward), forward)))
 
     _basis: tuple[Vector, Vector, Vector]
 

@@ -40,6 +40,10 @@ class Image(Value):
                 buffer = as_buffer(data)
                 if buffer.shape != color.shape[:2]:
                     raise PortError(f"Image: {name} has shape {buffer.shape}, the picture {color.shape[:2]}")
+                if name == "depth" and buffer.dtype.kind != "f":
+                    raise PortError(f"Image: expected depth in reals, got {buffer.dtype}")
+                if name == "ids" and buffer.dtype != np.uint32:
+                    raise PortError(f"Image: expected ids in uint32, got {buffer.dtype}")
                 extras[name] = buffer
         self._set(_color=color, _depth=extras["depth"], _ids=extras["ids"])
 
@@ -109,10 +113,11 @@ class Image(Value):
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.array(self.color, dtype=dtype, copy=copy)
 
-    def _repr_png_(self) -> bytes:
+    def _repr_png_(self) -> bytes | None:
+        """What a notebook shows; pairs of distances are no picture."""
         from nodegraph.formats import png
 
-        return png.encode(self)
+        return png.encode(self) if self.channels != 2 else None
 
     def to_parts(self) -> Parts:
         names = {"color": self._color, "depth": self._depth, "ids": self._ids}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,7 +28,9 @@ class Table(Value):
         for name, array in arrays.items():
             if array.dtype.kind not in "biufU":
                 raise PortError(f"Table: column {name!r} must hold numbers or text, it holds {array.dtype}")
-        self._set(_columns={name: Buffer(array) for name, array in arrays.items()}, units=dict(units or {}))
+        self._set(
+            _columns={name: Buffer(array) for name, array in arrays.items()}, units=MappingProxyType(dict(units or {}))
+        )
 
     @property
     def columns(self) -> tuple[str, ...]:

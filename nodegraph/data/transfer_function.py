@@ -93,7 +93,9 @@ class TransferFunction(Value):
 
         Linear interpolation of this table differs from the function only in the cells that hold a key.
         """
-        low, high = self.domain
+        if not self.keys:
+            return np.zeros((max(size, 2), 4))
+        low, high = self._span(size)
         if size < 2 or not high > low:
             return np.repeat(self.evaluate([high]), max(size, 2), axis=0)
         result = self.evaluate(low + (high - low) * (np.arange(size) / (size - 1)))
@@ -102,11 +104,19 @@ class TransferFunction(Value):
 
     def lookup(self, size: int) -> tuple[float, float]:
         """(scale, offset) that takes a value to the index space of a table of ``size`` rows."""
-        low, high = self.domain
+        low, high = self._span(size)
         if not high > low:
             return 0.0, 0.0
         scale = (size - 1) / (high - low)
         return scale, -low * scale
+
+    def _span(self, size: int) -> tuple[float, float]:
+        """What a table covers: the domain; around a lone step, cells as narrow as single precision can tell apart."""
+        low, high = self.domain
+        if len(self.keys) == 2 and low == high:
+            reach = size * 0.5e-6 * max(1.0, abs(low))
+            return low - reach, low + reach
+        return low, high
 
     def to_json(self) -> dict[str, Any]:
         keys = [[key.value, list(key.color), key.opacity] for key in self.keys]

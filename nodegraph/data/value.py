@@ -30,6 +30,9 @@ class Value:
             return
         raise AttributeError(f"{type(self).__name__}.{name}: values on ports are immutable; make a new one instead")
 
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{type(self).__name__}.{name}: values on ports are immutable")
+
     @property
     def buffers(self) -> tuple[Buffer, ...]:
         """Everything bulky in this value; caches and devices count these."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping as MappingType
+from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -40,6 +41,8 @@ class Grid(Value):
         if copy and not isinstance(data, Buffer):
             data = np.array(data)
         buffer = as_buffer(data)
+        if not buffer.dtype.isnative:  # no device reads it, and numpy is slow with it
+            buffer = Buffer(buffer.array.astype(buffer.dtype.newbyteorder("=")))
         if len(buffer.shape) not in (3, 4):
             raise PortError(f"{type(self).__name__}: expected data (z, y, x) or (z, y, x, c), got shape {buffer.shape}")
         if 0 in buffer.shape:
@@ -143,8 +146,10 @@ class Volume(Grid):
             return data.astype(dtype, copy=False)
         out = np.empty(data.shape, dtype)
         for slab in slabs(data):
-            np.multiply(data[slab], self.mapping.scale, out=out[slab], casting="unsafe", dtype=np.float64)
-            out[slab] += np.asarray(self.mapping.offset, dtype)
+            # In double to the end: scale and offset may nearly cancel, and then single precision has no digits left.
+            part = np.multiply(data[slab], self.mapping.scale, dtype=np.float64)
+            part += self.mapping.offset
+            out[slab] = part
         return out
 
     @property
@@ -219,7 +224,7 @@ class Labels(Grid):
             unsigned = np.dtype(f"u{size}")
             buffer = Buffer(array.view(unsigned) if array.dtype.itemsize == size else array.astype(unsigned))
         self._place(buffer, index_to_world, False)
-        self._set(names=dict(names or {}))
+        self._set(names=MappingProxyType({int(id): str(name) for id, name in (names or {}).items()}))
 
     def summary(self) -> str:
         named = f", {len(self.names)} named" if self.names else ""

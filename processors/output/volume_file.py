@@ -10,9 +10,9 @@ from nodegraph.errors import ParameterError
 class VolumeFile(Processor):
     """Write a volume to a NIfTI, NRRD or NumPy file, or to any format that a plug-in brings.
 
-    The stored numbers are written in their own type, with their place in the world. Of a scaling of the values, NIfTI and
-    .npz keep scale and offset; NRRD and .npy have none, so the real values are written there. The file appears whole or
-    not at all; an older one is replaced.
+    The stored numbers are written in their own type, with their place in the world. NIfTI and .npz keep a scaling of
+    the values; NRRD and .npy know none, so the real values are written there. The file appears whole or not at all; an
+    older one is replaced.
     """
 
     effect = True

@@ -17,22 +17,22 @@ FREQUENCY = ("marschner_lobb", "shells", "checker", "noise")
 class Synthetic(Processor):
     """Make a scalar volume of float32 in 0..1 whose values, gradients and surfaces are known exactly.
 
-    The formulas are in p = (x, y, z), which runs from -1 to 1 over the extent, with r = |p| and f the frequency. Voxel i
-    of n lies at p = (2 i + 1) / n - 1, so the physical size does not depend on the number of voxels: another resolution
-    samples the same field. The middle of the volume is the origin of the world.
+    The formulas are in p = (x, y, z), which runs from -1 to 1 over the extent, with r = |p| and f the frequency. Voxel
+    i of n lies at p = (2 i + 1) / n - 1, so the physical size does not depend on the number of voxels: another
+    resolution samples the same field. The middle of the volume is the origin of the world.
 
-    - marschner_lobb: (1 - sin(pi z / 2) + a (1 + cos(2 pi f cos(pi sqrt(x x + y y) / 2)))) / (2 (1 + a)), with f = 6 and
-      a = 0.25 in the original test, of 40 voxels a side. Source: Marschner and Lobb 1994.
+    - marschner_lobb: (1 - sin(pi z / 2) + a (1 + cos(2 pi f cos(pi sqrt(x x + y y) / 2)))) / (2 (1 + a)), with f = 6
+      and a = 0.25 in the original test, of 40 voxels a side. Source: Marschner and Lobb 1994.
     - sphere: 1 - r, at least 0; the iso value v is a sphere of radius 1 - v.
     - gaussian_ball: exp(-r r / (2 w w)), w the width; smooth everywhere.
     - cube: 1 - max(|x|, |y|, |z|); iso values are cubes.
     - torus: 1 - d / 0.4, at least 0, where d is the distance to the circle of radius 0.6 in the plane z = 0.
     - shells: (1 + cos(2 pi f r)) / 2; concentric.
     - checker: 0 and 1 in f boxes along each axis.
-    - linear: (1 + p . n / |n|) / 2, n the direction and |n| the sum of its absolute parts; its gradient is constant, and
-      trilinear interpolation is exact.
-    - noise: random values at f + 1 points along each axis, made from their integer coordinates and the seed, and between
-      them interpolated with the weight 6 t^5 - 15 t^4 + 10 t^3.
+    - linear: (1 + p . n / |n|) / 2, n the direction and |n| the sum of its absolute parts; its gradient is constant,
+      and trilinear interpolation is exact.
+    - noise: random values at f + 1 points along each axis, made from their integer coordinates and the seed, and
+      between them interpolated with the weight 6 t^5 - 15 t^4 + 10 t^3.
     - constant: one value.
     """
 
@@ -141,17 +141,19 @@ def noise(x, y, z, frequency, seed):
 
 
 def lattice_value(i, j, k, seed):
-    """A number in 0..1 from unsigned 32-bit coordinates: the pcg3d mix of Jarzynski and Olano 2020, keyed by the seed."""
+    """A number in 0..1 from unsigned 32-bit coordinates and a seed, the same on every machine.
+
+    The mix is pcg3d: Jarzynski and Olano, Hash Functions for GPU Rendering, 2020.
+    """
     a, b = np.uint32(1664525), np.uint32(1013904223)
     with np.errstate(over="ignore"):  # wrapping around is the point
         x, y, z = (np.asarray(v, np.uint32) * a + b for v in (i, j, k))
         x = x + np.uint32(seed) * np.uint32(2654435761)
-        for _ in range(2):
-            x = x + y * z
-            y = y + z * x
-            z = z + x * y
-            x, y, z = x ^ (x >> np.uint32(16)), y ^ (y >> np.uint32(16)), z ^ (z >> np.uint32(16))
-    return x / 4294967295.0
+        x = x + y * z
+        y = y + z * x
+        z = z + x * y
+        x, y, z = x ^ (x >> np.uint32(16)), y ^ (y >> np.uint32(16)), z ^ (z >> np.uint32(16))
+        return (x + y * z) / 4294967295.0
 
 
 def _box(p, frequency):
