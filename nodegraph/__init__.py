@@ -12,6 +12,8 @@ conditions); what is heavier loads when it is first named: ``nodegraph.load``, `
 
 from __future__ import annotations
 
+import sys
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from nodegraph.params import (
@@ -94,6 +96,17 @@ __all__ = [
     "processors",
     "run",
 ]
+
+
+class _Package(ModuleType):
+    """Keeps ``nodegraph.engine`` the function: importing nodegraph/engine.py would put the module in its place."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name != "engine":
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:

@@ -152,7 +152,7 @@ def verify(processor: type[Processor], defines: Mapping[str, Any] | None = None)
     module = language.compile(source, dict(defines or {}))
     found = introspect(Path(processor.file).read_text("utf-8"), processor.file)
     read = {each.name for each in found.declared}
-    true = {each.name for each in (*module.uniforms, *module.fields)} | set(module.absent)
+    true = {uniform.name for uniform in module.uniforms} | {field.name for field in module.fields} | module.absent
     if read != true or module.entry != found.entry:
         odd = ", ".join(sorted(read ^ true)) or module.entry
         raise ShaderError(

@@ -1,0 +1,128 @@
+"""Writes the first version of a processor, with a test: what ``nodegraph new processor`` does."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from pathlib import Path
+
+from nodegraph.errors import CommandError
+from nodegraph.processor import Processor
+from nodegraph.signature import camel
+
+_PART = re.compile(r"[a-z][a-z0-9_]*")
+
+_PYTHON = '''"""Scale the values of a volume."""
+
+from nodegraph import Float, Input, Output, Processor
+from nodegraph.data import Volume
+
+
+class {name}(Processor):
+    """Multiply every voxel by a factor.
+
+    Say here what a user has to know: what is computed, what it is good for, and where the method comes from.
+    """
+
+    volume = Input(Volume, doc="Any volume.")
+    scaled = Output(Volume, doc="Same grid, float32.")
+
+    factor = Float(2.0, soft_min=0.0, soft_max=10.0, doc="What every voxel is multiplied by.")
+
+    def process(self, volume, factor):
+        return volume.with_data(volume.real() * factor)
+'''
+
+_PYTHON_TEST = '''"""Tests of {id}."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nodegraph.testing
+from nodegraph.data import Volume
+
+{name} = nodegraph.testing.processor_of(Path(__file__).parents[1], "{id}")
+
+
+@pytest.mark.parametrize("check", nodegraph.testing.contract({name}), ids=str)
+def test_contract(check):
+    check()
+
+
+def test_every_voxel_is_multiplied():
+    volume = Volume(np.arange(24, dtype="f4").reshape(2, 3, 4))
+    result = nodegraph.testing.call({name}, volume=volume, factor=3.0)
+    np.testing.assert_allclose(result.data, 3.0 * volume.data)
+'''
+
+_GLSL = """\
+// Brighten a picture.
+// Alpha and depth stay as they are.
+field2 image;                // Any picture.
+uniform float gain = 2.0;    // 0..10; Factor on the colour.
+
+vec4 pixel(ivec2 at) {
+    vec4 color = fetch2(image, at);
+    return vec4(gain * color.rgb, color.a);
+}
+"""
+
+_GLSL_TEST = '''"""Tests of {id}."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nodegraph.testing
+from nodegraph.data import Image
+
+{name} = nodegraph.testing.processor_of(Path(__file__).parents[1], "{id}")
+
+
+@pytest.mark.parametrize("check", nodegraph.testing.contract({name}), ids=str)
+def test_contract(check):
+    check()
+
+
+def test_colour_is_multiplied_and_alpha_stays():
+    image = Image(np.full((2, 3, 4), 0.25, "f4"))
+    result = nodegraph.testing.call({name}, image=image, gain=3.0)
+    np.testing.assert_allclose(result.color[..., :3], 0.75, rtol=1e-6)
+    np.testing.assert_allclose(result.color[..., 3], 0.25)
+'''
+
+
+def new_processor(name: str, folder: str | Path = ".", *, glsl: bool = False) -> list[Path]:
+    """Write ``category/stem.py`` (or ``.glsl``) and ``tests/test_stem.py`` below a plug-in folder; return their paths.
+
+    ``name`` is the id, ``filter.sharpen``. Existing files are left alone: CommandError names the one in the way.
+    """
+    id = name.strip().replace("/", ".").removesuffix(".py")
+    parts = id.split(".")
+    for part in parts:
+        if not _PART.fullmatch(part):
+            raise CommandError(f"new processor {name}: {part!r} is no part of an id; write it as filter.sharpen")
+    if keyword.iskeyword(camel(parts[-1])) or hasattr(Processor, parts[-1]):
+        raise CommandError(f"new processor {name}: {parts[-1]!r} means something else in Python; choose another name")
+    if parts[0] in ("tests", "shaders", "workspaces", "docs", "data"):
+        raise CommandError(
+            f"new processor {name}: a category cannot be called {parts[0]!r}, which holds something else"
+        )
+    top = Path(folder)
+    stem = top.joinpath(*parts)
+    source, test = stem.with_suffix(".glsl" if glsl else ".py"), top / "tests" / f"test_{'_'.join(parts)}.py"
+    for path in (stem.with_suffix(".py"), stem.with_suffix(".glsl"), test):
+        if path.exists():
+            raise CommandError(f"new processor {name}: {path} exists already; nothing was written")
+    texts = {source: _GLSL if glsl else _PYTHON, test: _GLSL_TEST if glsl else _PYTHON_TEST}
+    for path, text in texts.items():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            filled = text if path.suffix == ".glsl" else text.format(name=camel(parts[-1]), id=id)
+            path.write_text(filled, "utf-8")
+        except OSError as error:
+            raise CommandError(f"new processor {name}: {path}: {error.strerror}") from None
+    return [source, test]
