@@ -94,9 +94,9 @@ class Engine:
         Without sinks: all views and effects. Ctrl-C cancels. Raises CommandError for an unknown sink, DeviceError
         when the chosen device is not there.
         """
-        evaluation = self.submit(network, sinks, size=size, quality=quality, on_event=on_event, given=given)
         if threading.current_thread() is self._thread:
-            evaluation.refuse(GraphError("evaluate: called on the engine's own thread, where it would wait for itself"))
+            raise GraphError("evaluate: called on the engine's own thread, where it would wait for itself; use submit")
+        evaluation = self.submit(network, sinks, size=size, quality=quality, on_event=on_event, given=given)
         try:
             # Waiting in short pieces lets Ctrl-C through on every platform.
             while not evaluation._done.wait(0.2):
@@ -243,7 +243,7 @@ class Engine:
                 self._current.cancel()
         for evaluation in waiting:
             evaluation.refuse(Cancelled("the engine was closed"))
-        self._inbox.post(self._shut)
+        self._inbox.wake()
         if threading.current_thread() is not self._thread:
             self._thread.join()
         self._workers.close()
@@ -257,11 +257,16 @@ class Engine:
     # -- the engine's thread ------------------------------------------------------------------------------------
 
     def _work(self) -> None:
-        self._alive = True
-        while self._alive:
+        while not self._closed:
             self._inbox.serve()
-            while self._alive and self._next():
+            while self._next():
                 pass
+        # Who called before the end gets an answer.
+        self._inbox.serve_waiting()
+        self.cache.clear()
+        self.cache.shared = None
+        if self._devices is not None and self._owns_devices:
+            self._devices.close()
 
     def _next(self) -> bool:
         with self._lock:
@@ -274,17 +279,6 @@ class Engine:
             with self._lock:
                 self._current = None
         return True
-
-    def _shut(self) -> None:
-        if self._run is not None:
-            # An evaluation is on its way out; come back when it is gone.
-            self._inbox.post(self._shut)
-            return
-        self._alive = False
-        self.cache.clear()
-        self.cache.shared = None
-        if self._devices is not None and self._owns_devices:
-            self._devices.close()
 
     def _planner(self, owner: Any) -> Planner:
         planner = self._planners.get(owner) if owner is not None else None

@@ -18,9 +18,10 @@ class Buffer:
     """Bulk data behind a value: shape and dtype are always known, the array may still lie on a device.
 
     A host-born buffer wraps an array as a read-only view without copying it; the caller promises not to
-    write to the base. A device-born buffer is given ``fetch``, which is called at most once, by the first
-    reader of `array`, on whatever thread that is. Devices keep their copies by the identity of the buffer
-    and free them when it dies, so a buffer is never compared or hashed by content.
+    write to the base. A device-born buffer is given ``fetch``, which the first reader of `array` calls, on
+    whatever thread that is. Readers that come at the same moment may each call it: it must return the same
+    data each time, and the first answer is kept. Devices keep their copies by the identity of the buffer and
+    free them when it dies, so a buffer is never compared or hashed by content.
     """
 
     __slots__ = ("__weakref__", "_array", "_fetch", "_lock", "dtype", "shape")
@@ -48,18 +49,21 @@ class Buffer:
     @property
     def array(self) -> Array:
         """The data as a read-only array, brought back from the device on first use."""
+        fetch = self._fetch
         if self._array is None:
+            assert fetch is not None
+            # Not under the lock: fetch may wait for the device's thread, which may want this very buffer.
+            array = fetch()
+            if array.shape != self.shape or array.dtype != self.dtype:
+                got, promised = f"{array.dtype} {array.shape}", f"{self.dtype} {self.shape}"
+                raise PortError(f"device returned {got} where {promised} was promised")
+            array = array.view()
+            array.flags.writeable = False
             with self._lock:
                 if self._array is None:
-                    assert self._fetch is not None
-                    array = self._fetch()
-                    if array.shape != self.shape or array.dtype != self.dtype:
-                        got, promised = f"{array.dtype} {array.shape}", f"{self.dtype} {self.shape}"
-                        raise PortError(f"device returned {got} where {promised} was promised")
-                    array = array.view()
-                    array.flags.writeable = False
                     self._array = array
                     self._fetch = None
+        assert self._array is not None
         return self._array
 
     @property
