@@ -166,7 +166,7 @@ def unlink(edits: Edits, node: Node, param: str) -> None:
         try:
             value = links.evaluate(scoped)
             json = links.codec(scoped, value).encode(value)
-            edits.put(node.params, param, Kept(json, node.trouble))
+            edits.put(node.params, param, Kept(json, f": {node.trouble}"))
         except ParameterError:
             pass  # neither the value nor the processor is known: there is nothing to keep
     edits.drop(node.links, param)

@@ -153,7 +153,7 @@ def _values(node: Node, path: str, wired: dict[str, Source]) -> tuple[dict[str, 
             values[name] = node.params.get(name, declared.default)
     for name, value in (*values.items(), *node.params.items()):
         if isinstance(value, Kept) and name not in wired and name not in node.links:
-            raise ParameterError(str(value.error))
+            raise value.error(f"{path}.{name}")
     for name in node.links:
         if name not in cls.params:
             raise ParameterError(f"{path}.{name}: no such parameter{near_miss(name, cls.params)}")

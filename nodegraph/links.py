@@ -120,7 +120,7 @@ def evaluate(scoped: Scoped, _above: tuple[Scoped, ...] = ()) -> Any:
         raise ParameterError(f"{where}: {circle}: this variable follows itself; change one of the expressions")
     if not variable.expression:
         if isinstance(variable.value, Kept):
-            raise ParameterError(str(variable.value.error))
+            raise variable.value.error(where)
         return variable.value
     expression = expressions.parse(variable.expression, where)
     values = {}
@@ -222,7 +222,7 @@ def parameter_value(node: Node, param: str) -> Any:
         return linked_value(leaf, name, declared)
     value = leaf.params.get(name, declared.default)
     if isinstance(value, Kept):
-        raise ParameterError(str(value.error))
+        raise value.error(f"{leaf.path}.{name}")
     return value
 
 

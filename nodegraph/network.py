@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from nodegraph.errors import CommandError, GraphError, near_miss
+from nodegraph.errors import CommandError, GraphError, ParameterError, near_miss
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,10 +33,17 @@ Extra = dict[str, tuple[str, Any]]
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A stored value that cannot be used, kept as the JSON that it was. ``error`` says why it cannot."""
+    """A stored value that cannot be used, kept as the JSON that it was.
+
+    ``reason`` says why it cannot, and is written behind the place, which a rename may change: ``: no such parameter``.
+    """
 
     json: Any
-    error: GraphError
+    reason: str
+
+    def error(self, where: str) -> ParameterError:
+        """The error of whoever needs the value."""
+        return ParameterError(where + self.reason)
 
 
 @dataclass(eq=False, slots=True)

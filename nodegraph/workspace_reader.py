@@ -147,8 +147,7 @@ class _Reader:
                 declared = codec((level, name), json)
                 variable.value = self.absolute(declared, declared.decode(json, where))
             except (ParameterError, TypeError, ValueError) as error:
-                told = error if isinstance(error, ParameterError) else ParameterError(f"{where}: {error}")
-                variable.value = Kept(json, told)
+                variable.value = Kept(json, _behind(where, error))
         for node in level.nodes.values():
             if node.network is not None:
                 self.variables(node.network)
@@ -228,7 +227,7 @@ class _Reader:
             try:
                 params = dict(cls.migrate(params, version))
             except Exception as error:
-                told = f"{node.path}: {cls.id} cannot bring version {version} up to {cls.version}: {error!r}"
+                told = f"{cls.id}: cannot bring parameters of version {version} up to {cls.version}: {error!r}"
                 self.unavailable(node, params, ParameterError(told))
                 return
         node.processor, node.type, node.version = cls, cls.id, cls.version
@@ -237,12 +236,12 @@ class _Reader:
             declared = cls.params.get(name)
             if declared is None:
                 miss = near_miss(name, cls.params)
-                node.params[name] = Kept(json, ParameterError(f"{where}: no such parameter{miss}; remove it"))
+                node.params[name] = Kept(json, f": no such parameter{miss}; remove it")
                 continue
             try:
                 value = self.absolute(declared, declared.decode(json, where))
             except ParameterError as error:
-                node.params[name] = Kept(json, error)
+                node.params[name] = Kept(json, _behind(where, error))
                 continue
             if declared.encode(value) != declared.encode(declared.default):
                 node.params[name] = value
@@ -250,7 +249,7 @@ class _Reader:
     def unavailable(self, node: Node, params: dict[str, Any], error: GraphError) -> None:
         """Keep a node just as it is, blocked."""
         node.trouble = error
-        node.params = {name: Kept(json, error) for name, json in params.items()}
+        node.params = {name: Kept(json, f": {error}") for name, json in params.items()}
 
     def version(self, value: Any, at: str) -> int | None:
         if value is None:
@@ -264,6 +263,12 @@ class _Reader:
         if not isinstance(declared, File | Folder) or not value or self.folder is None or "://" in value:
             return value
         return os.path.normpath(os.path.join(self.folder, value))
+
+
+def _behind(where: str, error: Exception) -> str:
+    """The message of an error without the place that it begins with."""
+    text = str(error)
+    return text.removeprefix(where) if text.startswith(where) else f": {text}"
 
 
 def _kind(value: Any) -> str:
