@@ -13,7 +13,6 @@ from nodegraph import data, params, testing
 from nodegraph.errors import DeviceError
 from nodegraph.ports import Input, has_components
 from nodegraph.processor import Processor
-from nodegraph.registry import Registry
 from nodegraph.testing import Bench, ContractError, samples
 from nodegraph.testing.contract import CHECKS
 
@@ -278,4 +277,3 @@ def test_a_sweep_names_what_is_unavailable(tmp_path: Path) -> None:
 def test_heavy_imports_are_named(tmp_path: Path) -> None:
     text = GOOD.replace("import numpy as np", "import numpy as np\nimport nrrd")
     assert testing.heavy_imports([load(tmp_path, text)]) == {"thing": ["nrrd"]}
-    assert isinstance(Registry(), Registry)
