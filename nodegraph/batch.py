@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 from nodegraph.errors import GraphError, PortError
 
@@ -244,11 +245,12 @@ def _prepare_worker(threads: int) -> None:
 def dask_cluster(address: str) -> Iterator[Executor]:
     """The workers of a Dask cluster. They must have nodegraph installed and see the same files."""
     try:
-        from distributed import Client
+        import distributed
     except ImportError:
         raise GraphError("--cluster: Dask is not installed; pip install 'nodegraph[dask]'") from None
+    connect: Any = distributed.Client
     try:
-        client = Client(address, timeout="15s")
+        client = connect(address, timeout="15s")
     except (OSError, ValueError) as error:
         raise GraphError(f"--cluster {address}: no Dask scheduler answers there ({type(error).__name__})") from None
     try:

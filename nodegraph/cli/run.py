@@ -49,9 +49,12 @@ def run(arguments: argparse.Namespace) -> int:
             path = destination.file_for(name)
             write_picture(image, path, network)
             files.append(str(path))
+        device = engine.device_in_use
     if arguments.json:
-        print(json.dumps(document(report, arguments.file, files, time.perf_counter() - start), indent=1))
+        print(json.dumps(document(report, arguments.file, files, device, time.perf_counter() - start), indent=1))
     else:
+        if device is not None:
+            say(f"device {device['reason']}")
         for file in files:
             print(file)
     sys.stdout.flush()
@@ -77,7 +80,9 @@ def tell(report: Report) -> None:
         say(f"not run because of that: {', '.join(blocked)}")
 
 
-def document(report: Report, file: str, files: list[str], seconds: float) -> dict[str, Any]:
+def document(
+    report: Report, file: str, files: list[str], device: dict[str, str] | None, seconds: float
+) -> dict[str, Any]:
     """What ``--json`` prints."""
     nodes: dict[str, dict[str, Any]] = {}
     for path, state in report.states.items():
@@ -93,6 +98,7 @@ def document(report: Report, file: str, files: list[str], seconds: float) -> dic
         "file": file,
         "ok": report.ok,
         "exit_code": report.exit_code,
+        "device": device,
         "seconds": round(seconds, 6),
         "files": files,
         "ran": report.ran,

@@ -101,3 +101,8 @@ class PeerCL:
             cl.enqueue_copy(self.queue, array, buffer)
         self.queue.finish()
         return self.color
+
+    def close(self) -> None:
+        """Let go of the buffers."""
+        for buffer in (*self.inputs, *self.outputs):
+            buffer.release()

@@ -91,10 +91,10 @@ class PeerGL:
         self.table.use(1)
         self.vertices.render(moderngl.TRIANGLES, vertices=3)
         self.context.finish()
+        color, depth = (np.frombuffer(target.read(), np.float32) for target in self.targets)
         width, height = SIZE
-        color = np.frombuffer(self.targets[0].read(), np.float32).reshape(height, width, 4)
-        np.frombuffer(self.targets[1].read(), np.float32)
-        return color
+        assert depth.size == width * height
+        return color.reshape(height, width, 4)
 
     def close(self) -> None:
         self.context.release()
