@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from nodegraph import links
 
 if TYPE_CHECKING:
-    from nodegraph.flat import ProcessorClass
     from nodegraph.network import Network, Node
 
 
@@ -16,8 +15,8 @@ class Handle:
     """One node of a network, looked up anew at each use, so it stays good through undo and redo.
 
     ``node.step`` reads the effective value of a parameter, ``node.step = 0.5`` sets it as one undoable command, and
-    ``del node.step`` returns it to its default. A parameter that is called like a property of this class is reached
-    with ``network.get`` and ``network.set``.
+    ``del node.step`` returns it to its default. Few names are taken here, so that parameters may be called path or
+    type; what else the document knows of the node is in ``node.node``.
     """
 
     __slots__ = ("_network", "_path")
@@ -34,30 +33,9 @@ class Handle:
         return self._network.node(self._path)
 
     @property
-    def path(self) -> str:
-        return self._path
-
-    @property
-    def id(self) -> str:
-        return self.node.id
-
-    @property
-    def type(self) -> str:
-        return self.node.type
-
-    @property
-    def processor(self) -> ProcessorClass | None:
-        return self.node.processor
-
-    @property
     def inputs(self) -> Mapping[str, tuple[str, ...]]:
         """Wires into this node: input or parameter to its sources."""
         return dict(self.node.inputs)
-
-    @property
-    def links(self) -> Mapping[str, str]:
-        """Parameters that follow a variable."""
-        return dict(self.node.links)
 
     @property
     def params(self) -> dict[str, Any]:
@@ -98,4 +76,4 @@ class Handle:
         return hash((id(self._network), self._path))
 
     def __repr__(self) -> str:
-        return f"<{self.type} {self._path}>"
+        return f"<{self.node.type} {self._path}>"

@@ -17,6 +17,7 @@ LARGEST = 32 * 1024 * 1024
 """Characters of a workspace. The biggest sensible ones have some hundred thousand."""
 DEEPEST = 200
 """Levels of nesting; a group inside a group costs two."""
+_LISTS = ("nodes", "variables")
 WIDTH = 112
 """Columns that an array or object may reach before it is broken up."""
 
@@ -86,16 +87,20 @@ def pointer(at: str, key: str) -> str:
 
 
 def write(value: Any) -> str:
-    """Return a JSON text with a final newline. Objects of the upper three levels always stand broken up."""
+    """Return a JSON text with a final newline. The whole, all lists of nodes and variables, and each node of the top
+    level always stand broken up, so that a line of a difference says what it belongs to."""
     return "".join(_write(value, 0, 0)) + "\n"
 
 
-def _write(value: Any, level: int, column: int) -> Iterator[str]:
-    """Pieces of text for a value that begins at ``column``; ``level`` is its nesting."""
+def _write(value: Any, level: int, column: int, within: str = "", broken: bool = True) -> Iterator[str]:
+    """Pieces of text for a value that begins at ``column``.
+
+    ``level`` is its nesting, ``within`` the key of the object that holds it.
+    """
     if not isinstance(value, dict | list) or not value:
         yield _short(value)
         return
-    if level > 2 or isinstance(value, list):
+    if not broken or isinstance(value, list):
         line = _short(value)
         if column + len(line) <= WIDTH:
             yield line
@@ -106,13 +111,14 @@ def _write(value: Any, level: int, column: int) -> Iterator[str]:
         for i, (key, inner) in enumerate(value.items()):
             head = f"{indent}{_short(key)}: "
             yield f"{',' if i else ''}\n{head}"
-            yield from _write(inner, level + 1, len(head))
+            opened = level == 0 or key in _LISTS or (level == 1 and within == "nodes")
+            yield from _write(inner, level + 1, len(head), key, opened)
         yield f"\n{indent[2:]}}}"
     elif any(isinstance(inner, dict | list) for inner in value):
         yield "["
         for i, inner in enumerate(value):
             yield f"{',' if i else ''}\n{indent}"
-            yield from _write(inner, level + 1, len(indent))
+            yield from _write(inner, level + 1, len(indent), broken=False)
         yield f"\n{indent[2:]}]"
     else:
         yield f"[\n{indent}"

@@ -7,6 +7,7 @@ JSON type where the format says another, a version from the future.
 
 from __future__ import annotations
 
+import copy
 import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -225,7 +226,7 @@ class _Reader:
             )
         if version < cls.version:
             try:
-                params = dict(cls.migrate(params, version))
+                params = dict(cls.migrate(copy.deepcopy(params), version))
             except Exception as error:
                 told = f"{cls.id}: cannot bring parameters of version {version} up to {cls.version}: {error!r}"
                 self.unavailable(node, params, ParameterError(told))

@@ -60,7 +60,7 @@ def test_arithmetic(text: str, value: float) -> None:
         ("(" * 60 + "1" + ")" * 60, "more than 50 levels of nesting"),
         ("1" + " + 1" * 300, "at most 500 are read"),
         ("camera * 2", "camera is no number"),
-        ("__import__('os')", "unexpected character"),
+        ("__import__('os')", "no function '__import__'"),
         ("a.real", "unexpected character"),
     ],
 )
@@ -287,10 +287,10 @@ def test_pasting_in_the_same_document_keeps_the_variable() -> None:
     copied = net.copy("blur", "raycast")
     net.set("coarse", 1.0)
     new = net.paste(copied)
-    assert [handle.id for handle in new] == ["blur_2", "raycast_2"]
+    assert [handle.node.id for handle in new] == ["blur_2", "raycast_2"]
     assert new[1].inputs == {"volume": ("blur_2.smoothed",)}
     assert new[0].inputs == {}
-    assert new[1].links == {"step": "coarse"}
+    assert new[1].node.links == {"step": "coarse"}
     assert list(net.variables) == ["coarse"]
     assert new[1].step == 1.0
 
@@ -300,7 +300,7 @@ def test_pasting_elsewhere_brings_variables_and_renames_what_is_taken() -> None:
     net.history.do(AddVariable("fine", "Float", expression="coarse / 2"))
     net.link("raycast.quality_limit", "fine")
     copied = net.copy("raycast")
-    assert list(copied["variables"]) == ["coarse", "fine"] or set(copied["variables"]) == {"coarse", "fine"}
+    assert set(copied["variables"]) == {"coarse", "fine"}
     empty = Network(find)
     empty.paste(copied)
     assert dumps(empty).count("coarse") == 3

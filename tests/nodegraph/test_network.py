@@ -23,7 +23,7 @@ def test_script_sugar_reads_and_writes_parameters() -> None:
     assert net["raycast"].step == 1.0
     assert net.nodes["raycast"].params == {}
     assert net["blur"].inputs == {"volume": ("ct.volume",)}
-    assert [handle.id for handle in net] == ["ct", "blur", "raycast"]
+    assert [handle.node.id for handle in net] == ["ct", "blur", "raycast"]
     assert len(net) == 3
     assert "blur" in net
     assert "blurr" not in net
@@ -31,7 +31,7 @@ def test_script_sugar_reads_and_writes_parameters() -> None:
 
 def test_a_node_is_named_after_its_type_and_numbered() -> None:
     net = Network(find)
-    assert [net.add("blur").id, net.add(Blur).id, net.add("blur").id] == ["blur", "blur_2", "blur_3"]
+    assert [net.add("blur").node.id, net.add(Blur).node.id, net.add("blur").node.id] == ["blur", "blur_2", "blur_3"]
     assert unique("camera_2", ["camera_2", "camera_3"]) == "camera_4"
 
 
