@@ -112,7 +112,7 @@ def _numbers(leaf: Leaf, value: Any, kernel: str) -> Array:
     base = "float" if isinstance(kind, Matrix) else kind.base
     if type(value) in (float, int, bool) and isinstance(kind, Numeric) and kind.n == 1 and not leaf.count:
         # Nearly all uniforms are plain numbers; this path costs a fifth of the general one.
-        array = np.array([value])
+        array = np.array([value])  # of objects for an int beyond 64 bits, which is refused below
     else:
         try:
             array = np.asarray(value)
@@ -129,12 +129,12 @@ def _numbers(leaf: Leaf, value: Any, kernel: str) -> Array:
     if base == "float":
         if array.dtype.kind == "b":
             raise ParameterError(f"{_place(kernel, leaf)}: expected {_describe(leaf)}, got {_shown(value)}")
-        return array.astype(np.float64, copy=False)
+        return np.asarray(array, np.float64)
     if base == "bool":
         if array.dtype.kind == "f":
             raise ParameterError(f"{_place(kernel, leaf)}: expected {_describe(leaf)}, got {_shown(value)}")
-        return (array != 0).astype(np.int64)
-    whole = array.astype(np.int64) if array.dtype.kind != "f" else None
+        return np.asarray(array != 0, np.int64)
+    whole = np.asarray(array, np.int64) if array.dtype.kind in "biu" else None
     low, high = _LIMITS[base]
     if whole is None or array.dtype.kind == "b" or (whole < low).any() or (whole > high).any():
         raise ParameterError(f"{_place(kernel, leaf)}: expected {_describe(leaf)}, got {_shown(value)}")

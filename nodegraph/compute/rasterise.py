@@ -69,8 +69,8 @@ class Rasteriser:
         """Draw ``mesh`` into new images of ``size`` (w, h); return a named tuple of Buffers, one for each target.
 
         ``targets`` maps names to types (float, vec2, vec4, int, uint). ``fragment`` is GLSL 3.30 without ``#version``
-        and ``main``: it declares its uniforms and defines ``void shade()``, which assigns the targets by name. It may read
-        ``position``, the point in world mm minus ``origin``, ``gl_PrimitiveID``, the triangle's number, and
+        and ``main``: it declares its uniforms and defines ``void shade()``, which assigns the targets by name. It may
+        read ``position``, the point in world mm minus ``origin``, ``gl_PrimitiveID``, the triangle's number, and
         ``gl_FrontFacing``, true where the triangle is seen counter-clockwise. ``view_projection`` (4, 4) takes
         positions to OpenGL's clip space, y up; give the eye as ``origin`` to keep digits far from the world's centre.
 

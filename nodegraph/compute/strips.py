@@ -1,6 +1,6 @@
 """How long work is cut into pieces that are short enough to cancel between them.
 
-A piece is a strip of full rows (squares cost twice as much on llvmpipe) or, for voxels, a slab of slices.
+A piece is a strip of full rows (squares cost twice as much on llvmpipe); voxels are a stack of slices of rows.
 """
 
 from __future__ import annotations
@@ -8,24 +8,25 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+import numpy as np
+from numpy.typing import NDArray
+
 TARGET_SECONDS = 0.030
-# Strips of a variant that never ran before cover at most this share of the picture, whatever they cost: the rows
-# below an empty sky may be a hundred times dearer than those above them. Below FREE_CELLS nobody counts.
-UNKNOWN_SHARE = 16
+BANDS = 64
+"""Parts of a picture, from top to bottom, whose costs are remembered apart: a sky is cheaper than what is below."""
 FREE_CELLS = 16384
-# How much of the worst rate is kept from draw to draw, so that one slow moment is forgotten in the end.
-KEPT = 0.9
-# What starting and awaiting a strip costs by itself; without it tiny pictures would look dear.
+"""So many cells (pixels, voxels) are drawn at once before anything is known of a kernel's cost."""
 START_SECONDS = 0.0004
+"""What starting and awaiting a strip costs by itself; without it tiny pictures would look dear."""
 
 Draw = Callable[[int, int], None]
 
 
 class Pace:
-    """The worst cost of a cell (pixel, voxel) that one kernel variant showed lately; None before it ever ran."""
+    """What each band of a kernel variant's last draw cost, seconds per cell; None before it ever ran."""
 
     def __init__(self) -> None:
-        self.seconds_per_cell: float | None = None
+        self.bands: NDArray[np.float64] | None = None
 
 
 def run_in_strips(
@@ -40,30 +41,53 @@ def run_in_strips(
 ) -> None:
     """Call ``draw(first, count)``, which must return when the work is done, until ``total`` rows are covered.
 
-    Heights are chosen to take about 30 ms, in multiples of ``multiple`` rows where that is possible. ``check()`` is
-    called before every strip and may raise Cancelled; ``progress(fraction)`` after it.
+    Heights are chosen to take about 30 ms by what the last draw cost in the same place. Strips start at multiples
+    of ``multiple`` rows where they can. ``check()`` is called before every strip and may raise Cancelled;
+    ``progress(fraction)`` after it.
     """
-    known = pace.seconds_per_cell is not None
-    floor = (pace.seconds_per_cell or 0.0) * KEPT
-    rate = pace.seconds_per_cell or 0.0
-    most = total if known else max(1, total // UNKNOWN_SHARE, FREE_CELLS // cells_per_row)
-    first = 0
+    rows = np.arange(total)
+    # Seconds that the rows before this one took in the last draw.
+    before = None
+    if pace.bands is not None:
+        before = np.concatenate([[0.0], np.cumsum(pace.bands[rows * BANDS // total] * cells_per_row)])
+    measured = np.empty(total)
+    free = max(1, FREE_CELLS // cells_per_row)
+    first, count, ratio, rate = 0, free, 1.0, 0.0
     while first < total:
         if check is not None:
             check()
-        count = max(1, int(min(most, TARGET_SECONDS / (rate * cells_per_row + 1e-12))))
-        if count > multiple:
-            count -= count % multiple
-        count = min(count, total - first)
+        if before is not None:
+            count = int(np.searchsorted(before, before[first] + TARGET_SECONDS / ratio, "right")) - 1 - first
+        elif first:
+            # Nothing is known of the rows ahead: grow slowly, and never far.
+            most = min(2 * count, max(free, total // 16))
+            count = min(most, int(TARGET_SECONDS / (rate * cells_per_row + 1e-12)))
+        count = min(_rounded(count, first, multiple), total - first)
         start = time.perf_counter()
         draw(first, count)
         seconds = max(0.0, time.perf_counter() - start - START_SECONDS)
-        floor = max(floor, seconds / (count * cells_per_row))
-        rate = max(rate, floor)
+        rate = seconds / (count * cells_per_row)
+        measured[first : first + count] = rate
+        if before is not None:
+            # A changed parameter may make the whole draw dearer than the last one; the latest strip tells.
+            expected = float(before[first + count] - before[first])
+            ratio = min(8.0, max(0.5, (seconds + 0.002) / (expected + 0.002)))
         first += count
         if progress is not None:
             progress(first / total)
-    pace.seconds_per_cell = floor
+    pace.bands = measured[(np.arange(BANDS) * total + total // 2) // BANDS]
+
+
+def _rounded(count: int, first: int, multiple: int) -> int:
+    """Round a height so that strips start and end at multiples of ``multiple`` where that takes at most 48 ms."""
+    to_boundary = multiple - first % multiple
+    if to_boundary < multiple:
+        return min(max(1, count), to_boundary)
+    if count * 8 >= multiple * 5:
+        return max(multiple, count - count % multiple)
+    # Smaller than a tile: at least keep the 4 x 4 blocks of 64 x 64 tiles whole.
+    part = max(1, multiple // 16)
+    return max(part, count - count % part)
 
 
 def boxes(first: int, count: int, height: int) -> list[tuple[int, int, int, int]]:
