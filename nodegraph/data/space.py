@@ -46,7 +46,8 @@ def check_affine(matrix: Any) -> Matrix:
         raise PortError(f"index_to_world: expected a 4x4 matrix, got shape {result.shape}")
     if not np.isfinite(result).all() or not np.array_equal(result[3], [0.0, 0.0, 0.0, 1.0]):
         raise PortError("index_to_world: expected a finite affine matrix whose last row is 0 0 0 1")
-    lengths = np.linalg.norm(result[:3, :3], axis=0)
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(result[:3, :3], axis=0)
     if (lengths == 0.0).any() or abs(np.linalg.det(result[:3, :3] / lengths)) < 1e-9:
         raise PortError("index_to_world: the matrix is singular; a voxel has no volume")
     return result

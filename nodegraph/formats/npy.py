@@ -14,9 +14,9 @@ unpickled.
 
 from __future__ import annotations
 
+import io
 import struct
 import zipfile
-import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,6 +31,7 @@ from nodegraph.formats import raw
 from nodegraph.formats.atomic import replacing
 
 suffixes = (".npy", ".npz")
+HEADER_LIMIT = 1 << 16
 SMALL = 1 << 20
 """Bytes that anything beside the bulk data may have."""
 
@@ -202,19 +203,26 @@ def _number(path: Path, rest: dict[str, Array], name: str, default: float) -> fl
 
 
 def _stored(stream: Any, path: Path) -> Stored:
-    """Parse the header of one array."""
+    """Parse the header of one array, having looked first how long it claims to be."""
+    begin = stream.tell()
     try:
-        version = npy_format.read_magic(stream)
+        front = stream.read(12)
+        width = 2 if front[6:7] == b"\x01" else 4
+        length = int.from_bytes(front[8 : 8 + width], "little")
+        if length > HEADER_LIMIT:
+            raise ValueError(f"it claims to be {length} bytes long")
+        block = io.BytesIO(front + stream.read(max(0, 8 + width + length - 12)))
+        version = npy_format.read_magic(block)
         reader = npy_format.read_array_header_1_0 if version == (1, 0) else npy_format.read_array_header_2_0
-        shape, fortran, dtype = reader(stream)
-    except (ValueError, EOFError, OSError, SyntaxError, TypeError, struct.error, zlib.error) as error:
+        shape, fortran, dtype = reader(block)
+    except Exception as error:  # numpy parses the header as Python, and lets errors of many kinds through
         text = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise FormatError(f"no NumPy header: {text}", file=str(path), field="header") from None
     if dtype.hasobject:
         raise FormatError("Python objects are never read; store plain numbers", file=str(path), field="dtype")
     if any(n < 0 for n in shape) or 0 in shape:
         raise FormatError(f"the array is empty, its shape is {shape}", file=str(path), field="shape")
-    return Stored(tuple(shape), dtype, bool(fortran), stream.tell())
+    return Stored(tuple(shape), dtype, bool(fortran), begin + block.tell())
 
 
 def _map(path: Path, stored: Stored) -> Array:

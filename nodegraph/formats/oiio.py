@@ -9,6 +9,9 @@ from nodegraph.data.buffer import Array
 from nodegraph.errors import FormatError
 
 
+PNG_END = b"\0\0\0\0IEND\xaeB`\x82"
+
+
 class Part(NamedTuple):
     """One sub-image to be written: an array (h, w, c) in a type of its own, and the type of each channel in the file.
 
@@ -27,7 +30,7 @@ def write(path: Path, name: Path, format: str, parts: list[Part]) -> None:
 
     output = oiio.ImageOutput.create(format)
     if output is None:
-        raise FormatError(f"this OpenImageIO writes no {format}: {oiio.geterror()}", file=str(name))
+        raise FormatError(f"this OpenImageIO writes no {format}: {_message(oiio)}", file=str(name))
     specs = tuple(_spec(oiio, part) for part in parts)
     done = bool(output.open(str(path), specs) if len(specs) > 1 else output.open(str(path), specs[0]))
     for i, part in enumerate(parts):
@@ -35,8 +38,32 @@ def write(path: Path, name: Path, format: str, parts: list[Part]) -> None:
             done = bool(output.open(str(path), specs[i], "AppendSubimage"))
         done = done and bool(output.write_image(part.pixels))
     done = bool(output.close()) and done
-    if not done:
-        raise FormatError(f"cannot be written: {output.geterror() or 'is the disk full?'}", file=str(name))
+    if not done or not _is_whole(oiio, path, format, len(parts)):
+        raise FormatError(f"cannot be written: {_message(output)}; is the disk full?", file=str(name))
+
+
+def _is_whole(oiio: Any, path: Path, format: str, parts: int) -> bool:
+    """Whether the end of the file is on the disk: a PNG ends with a known chunk; else the last rows are read back.
+
+    The libraries below close files without looking whether the last bytes found room.
+    """
+    if format == "png":
+        with open(path, "rb") as file:
+            size = file.seek(0, 2)
+            file.seek(max(0, size - 12))
+            return file.read(12) == PNG_END
+    written = oiio.ImageInput.open(str(path))
+    if written is None:
+        _message(oiio)  # takes the message out of the library, which would show it to the next one who asks
+        return False
+    for i in range(parts):
+        if not written.seek_subimage(i, 0):
+            return False
+        spec = written.spec()
+        last = spec.y + spec.height - 1
+        if written.read_scanlines(last, last + 1, 0, 0, spec.nchannels, "uint8") is None or written.has_error:
+            return False
+    return bool(written.close())
 
 
 def _spec(oiio: Any, part: Part) -> Any:
@@ -63,8 +90,7 @@ def open_input(path: Path, format: str) -> Any:
     config.attribute("oiio:UnassociatedAlpha", 1)
     opened = oiio.ImageInput.open(str(path), config)
     if opened is None:
-        reason = oiio.geterror() or "its content is damaged"
-        raise FormatError(f"no readable {format.upper()}: {_one_line(reason)}", file=str(path))
+        raise FormatError(f"no readable {format.upper()}: {_message(oiio)}", file=str(path))
     if opened.format_name() != format:
         raise FormatError(f"this is a file of type {opened.format_name()}; rename it", file=str(path))
     return opened
@@ -77,10 +103,14 @@ def read_pixels(opened: Any, subimage: int, count: int, type: str, path: Path) -
     except MemoryError:
         raise FormatError("the picture does not fit into memory", file=str(path)) from None
     if pixels is None or opened.has_error:
-        raise FormatError(f"the pixels cannot be read: {_one_line(opened.geterror())}", file=str(path), field="data")
+        raise FormatError(f"the pixels cannot be read: {_message(opened)}", file=str(path), field="data")
     array: Array = pixels
     return array
 
 
-def _one_line(text: str) -> str:
-    return " ".join(str(text).split()) or "no reason is given"
+def _message(source: Any) -> str:
+    """What the library or one of its readers and writers has to say, on one line."""
+    try:
+        return " ".join(str(source.geterror()).split()) or "no reason is given"
+    except UnicodeDecodeError:  # it quotes the file
+        return "its content is damaged"

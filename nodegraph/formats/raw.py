@@ -19,7 +19,7 @@ from nodegraph.data.buffer import Array
 from nodegraph.data.volume import Grid, Labels, Volume, slabs
 from nodegraph.errors import FormatError, PortError
 
-CHUNK = 1 << 20
+CHUNK = 1 << 18
 
 DEFLATE_RATIO = 1032
 """Deflate packs no more than 1032 bytes into one (a match of 258 bytes in two bits)."""
