@@ -326,5 +326,5 @@ def open_context() -> Any:
             return moderngl.create_context(standalone=True, require=330, **settings)
         except Exception as error:  # glcontext raises plain Exception
             reasons.append(str(error) or type(error).__name__)
-    cure = f"{PACKAGES} (or the package of your distribution)" if sys.platform.startswith("linux") else "a driver"
-    raise DeviceMissing(f"gl: no OpenGL 3.3 context can be made ({'; '.join(reasons)}); install {cure}")
+    cure = f"get one with {PACKAGES}" if sys.platform.startswith("linux") else "install a driver"
+    raise DeviceMissing(f"gl: no OpenGL 3.3 context can be made ({'; '.join(reasons)}); {cure}")
