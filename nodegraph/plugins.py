@@ -65,6 +65,17 @@ def discover(group: str) -> tuple[Plugin, ...]:
     return tuple(loaded)
 
 
+def failures() -> dict[str, str]:
+    """Why entry points could not be loaded, by ``group/name``. Loads all groups but the processors, which are files."""
+    return {
+        f"{group}/{plugin.name}": plugin.reason
+        for group in GROUPS
+        if group != "nodegraph.processors"
+        for plugin in discover(group)
+        if plugin.reason
+    }
+
+
 def refresh() -> None:
     """Forget what was found: packages were installed or removed."""
     offers.cache_clear()

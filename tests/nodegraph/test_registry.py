@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import nodegraph
-from nodegraph import locations, plugins, registry
+from nodegraph import locations, params, plugins, ports, registry
 from nodegraph.errors import UnknownProcessor
 from nodegraph.processor import Processor
 from nodegraph.registry import Registry
@@ -279,8 +279,37 @@ def test_entry_points_name_packages_that_are_not_imported(tmp_path: Path, monkey
         assert measures["mean"].object([1.0, 2.0]) == 1.5
         assert measures["bad"].object is None
         assert "imported" in measures["bad"].reason
+        assert list(plugins.failures()) == ["nodegraph.measures/bad"]
     finally:
         plugins.refresh()
+
+
+def test_packages_bring_parameter_kinds_and_port_types(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "angle_tools.py").write_text(
+        "from nodegraph import Float, PortType\n"
+        "class Angle(Float):\n    'Degrees.'\n"
+        "class Curve:\n    'Points in a row.'\n"
+        "CURVE = PortType(Curve, 'Curve', '#336699', 'ring', repr, 'Points in a row.')\n"
+    )
+    info = tmp_path / "angle_tools-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: angle-tools\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(
+        "[nodegraph.parameter_kinds]\nangle = angle_tools:Angle\n[nodegraph.port_types]\ncurve = angle_tools:CURVE\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(ports, "_asked_plugins", False)
+    monkeypatch.setattr(ports, "_TYPES", dict(ports._TYPES))
+    plugins.refresh()
+    try:
+        assert params.kind("Angle").__name__ == "Angle"
+        assert params.stand_in("Angle", 90.0).check(45, "variables.turn") == 45.0
+        curve = sys.modules["angle_tools"].Curve
+        assert ports.port_type(curve).color == "#336699"
+        assert "Curve" in [record.name for record in ports.port_types()]
+    finally:
+        plugins.refresh()
+        sys.modules.pop("angle_tools", None)
 
 
 def test_an_unknown_group_is_refused() -> None:
