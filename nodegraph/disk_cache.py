@@ -24,7 +24,8 @@ import numpy as np
 from nodegraph import data
 from nodegraph.cache import Result
 from nodegraph.data import Buffer, Value
-from nodegraph.fingerprint import SIZE, as_bytes
+from nodegraph.errors import GraphError
+from nodegraph.fingerprint import SIZE, as_bytes, digest
 
 MAGIC = b"NGRESULT1\n"
 SUFFIX = ".ngr"
@@ -61,8 +62,10 @@ class DiskCache:
         return self._folder / "results"
 
     def path(self, key: bytes) -> Path:
-        """The file of a key."""
-        name = key.hex()
+        """The file of a key. Another version of this package may compute otherwise, so it has other files."""
+        from nodegraph import __version__
+
+        name = digest(key, __version__).hex()
         return self.folder / name[:2] / f"{name}{SUFFIX}"
 
     def get(self, key: bytes) -> Result | None:
@@ -74,7 +77,7 @@ class DiskCache:
             return None
         try:
             result = _unpack(content)
-        except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError):
+        except (GraphError, ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError):
             with contextlib.suppress(OSError):
                 path.unlink()
             return None
@@ -128,7 +131,7 @@ class DiskCache:
             total -= size
 
     @property
-    def bytes(self) -> int:
+    def nbytes(self) -> int:
         """Bytes on disk now."""
         total = 0
         for path in self.folder.glob(f"*/*{SUFFIX}"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import itertools
 import os
 import threading
@@ -11,11 +12,9 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nodegraph.cache import ResultCache
-from nodegraph.data import Value
 from nodegraph.errors import Cancelled, DeviceError, GraphError
 from nodegraph.evaluation import Evaluation
 from nodegraph.explain import LastRun
-from nodegraph.fingerprint import unique_key
 from nodegraph.plan import Plan, Planner
 from nodegraph.report import Report
 from nodegraph.scheduler import Context, Observer, Run
@@ -27,6 +26,9 @@ if TYPE_CHECKING:
     from nodegraph.network import Network
 
 T = TypeVar("T")
+
+# Engines that nobody closed are closed when the program ends: drivers do not like to find their thread gone.
+_open: weakref.WeakSet[Engine] = weakref.WeakSet()
 
 CACHE_BYTES = 2 << 30
 _channels = itertools.count()
@@ -76,6 +78,7 @@ class Engine:
         self._thread = threading.Thread(target=self._work, name="nodegraph-engine", daemon=True)
         self._context = Context(self.cache, self._workers, self._inbox, _Opener(self), self._disk())
         self._thread.start()
+        _open.add(self)
 
     # -- asking for results -------------------------------------------------------------------------------------
 
@@ -87,7 +90,7 @@ class Engine:
         size: tuple[int, int] | None = None,
         quality: str = "final",
         on_event: Observer | None = None,
-        given: Mapping[str, Value] | None = None,
+        given: Mapping[str, Any] | None = None,
     ) -> Report:
         """Run what the sinks need and wait for the report; failures of nodes are in it.
 
@@ -100,7 +103,7 @@ class Engine:
         try:
             # Waiting in short pieces lets Ctrl-C through on every platform.
             while not evaluation._done.wait(0.2):
-                pass
+                self._require_thread()
         except KeyboardInterrupt:
             evaluation.cancel()
             evaluation._done.wait(5.0)
@@ -115,7 +118,7 @@ class Engine:
         size: tuple[int, int] | None = None,
         quality: str = "final",
         on_event: Observer | None = None,
-        given: Mapping[str, Value] | None = None,
+        given: Mapping[str, Any] | None = None,
         channel: object = None,
     ) -> Evaluation:
         """Ask for an evaluation and return at once. One that is newer on the same channel supersedes this one.
@@ -127,9 +130,6 @@ class Engine:
         owner = _root(network)
         named = (sinks,) if isinstance(sinks, str) else None if sinks is None else tuple(sinks)
         values = dict(given or {})
-        for value in values.values():
-            if value.provenance is None:
-                value.provenance = unique_key()
 
         def start(evaluation: Evaluation) -> Report:
             plan = self._planner(owner).plan(flat, named, size=size, quality=quality, given=values)
@@ -147,8 +147,7 @@ class Engine:
 
         evaluation = Evaluation(start, channel if channel is not None else next(_channels), self._inbox.wake)
         with self._lock:
-            if self._closed:
-                raise GraphError("engine: it is closed; make a new one")
+            self._require_thread()
             superseded = [other for other in self._waiting if other.channel == evaluation.channel]
             for other in superseded:
                 self._waiting.remove(other)
@@ -168,7 +167,7 @@ class Engine:
         *,
         size: tuple[int, int] | None = None,
         quality: str = "final",
-        given: Mapping[str, Value] | None = None,
+        given: Mapping[str, Any] | None = None,
     ) -> Plan:
         """Plan without running anything."""
         flat: Flat = network.flatten() if hasattr(network, "flatten") else network
@@ -192,11 +191,10 @@ class Engine:
                 done.set()
 
         with self._lock:
-            if self._closed:
-                raise GraphError("engine: it is closed; make a new one")
+            self._require_thread()
             self._inbox.post(act)
         while not done.wait(0.2):
-            if not self._thread.is_alive():
+            if not self._thread.is_alive() and not done.is_set():
                 raise GraphError("engine: it was closed before it could answer")
         if outcome[1] is not None:
             raise outcome[1]
@@ -267,6 +265,12 @@ class Engine:
         self.cache.shared = None
         if self._devices is not None and self._owns_devices:
             self._devices.close()
+
+    def _require_thread(self) -> None:
+        if self._closed:
+            raise GraphError("engine: it is closed; make a new one")
+        if not self._thread.is_alive():
+            raise GraphError("engine: it belongs to the process that this one was forked from; make one here")
 
     def _next(self) -> bool:
         with self._lock:
@@ -369,6 +373,14 @@ def _root(network: Network | Flat) -> Any:
     The inside of a group belongs to its document.
     """
     return getattr(network, "root", None)
+
+
+def _close_all() -> None:
+    for engine in list(_open):
+        engine.close()
+
+
+atexit.register(_close_all)
 
 
 def machine_bytes() -> int:

@@ -52,7 +52,7 @@ def explain(
         rows.append((task.path, asked, _fate(engine, plan, place, running, last)))
         for memo in last.memos.get(task.path, ()):
             rows.append((f"  {memo}", "memo", _cost(last, memo)))
-    count = sum(not fate.startswith(("kept", "not needed")) for _, asked, fate in rows if asked != "memo")
+    count = sum(fate.startswith("runs") for _, _, fate in rows)
     head = f"{', '.join(plan.sinks) or 'no sinks'}: {_count(len(plan.tasks), 'task')}, {count} to run"
     widths = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
     lines = [f"{path:<{widths[0]}}  {asked:<{widths[1]}}  {fate}".rstrip() for path, asked, fate in rows]

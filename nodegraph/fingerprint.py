@@ -9,6 +9,7 @@ that no task made.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import hashlib
@@ -53,6 +54,18 @@ def digest(*parts: bytes | str) -> bytes:
 def unique_key() -> bytes:
     """Return a key for a value that a script brought: never seen before, on any machine."""
     return digest("given", _PROCESS, str(next(_count)))
+
+
+def given_key(value: Any) -> bytes:
+    """Key of a value that a script brought: its provenance, given now if it has none; content for what is small."""
+    if not isinstance(value, Value):
+        return digest("given", content_key(value))
+    if value.provenance is None:
+        # Another engine may do the same at this moment; then its key is as good.
+        with contextlib.suppress(AttributeError):
+            value.provenance = unique_key()
+    assert value.provenance is not None
+    return value.provenance
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

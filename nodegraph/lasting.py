@@ -46,6 +46,8 @@ class LastingKeys:
         for sources in self._plan.tasks[place].feeds.values():
             for source, output in sources or ():
                 task = self._plan.tasks[source]
-                if made == (task.fingerprint if task.path in self._plan.given else provenance(task.fingerprint, output)):
+                if made == (
+                    task.fingerprint if task.path in self._plan.given else provenance(task.fingerprint, output)
+                ):
                     return provenance(self.key(source), output)
         return None

@@ -12,9 +12,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from nodegraph.data import Value
 from nodegraph.errors import GraphError, ParameterError
-from nodegraph.fingerprint import SIZE, Code, Local, code_of, digest, file_state, local_of
+from nodegraph.fingerprint import SIZE, Code, Local, code_of, digest, file_state, given_key, local_of
 from nodegraph.requests import (
     QUALITIES,
     Feed,
@@ -89,7 +88,7 @@ class Plan:
     tasks: list[Task]
     sinks: dict[str, tuple[Feed, ...]]
     flat: Flat
-    given: Mapping[str, Value]
+    given: Mapping[str, Any]
     named: frozenset[str]
 
 
@@ -110,7 +109,7 @@ class Planner:
         *,
         size: tuple[int, int] | None = None,
         quality: str = "final",
-        given: Mapping[str, Value] | None = None,
+        given: Mapping[str, Any] | None = None,
     ) -> Plan:
         """Plan for some sinks (``"node"`` or ``"node.output"``), or for all views and effects.
 
@@ -127,7 +126,7 @@ class Planner:
         paths = frozenset(tasks[i].path for feeds in skeleton.sinks.values() for i, _ in feeds)
         return Plan(tasks, skeleton.sinks, flat, given, paths)
 
-    def _refresh(self, flat: Flat, given: Mapping[str, Value]) -> None:
+    def _refresh(self, flat: Flat, given: Mapping[str, Any]) -> None:
         """Bring the local parts up to date; where a class was replaced, forget the skeletons built with it."""
         known = self._locals
         for processor in [processor for processor in self._codes if processor.kernels]:
@@ -151,11 +150,10 @@ class Planner:
             self._locals = {path: kept for path, kept in known.items() if path in flat.nodes}
             self._with_files &= self._locals.keys()
 
-    def _learn(self, path: str, node: FlatNode, given: Mapping[str, Value]) -> None:
+    def _learn(self, path: str, node: FlatNode, given: Mapping[str, Any]) -> None:
         processor = node.processor
         if path in given:
-            key = given[path].provenance
-            assert key is not None
+            key = given_key(given[path])
             local = Local(key, Code(key, (("given by the script", key.hex()[:16]),)), {}, {})
         elif processor is None:
             # Its values cannot be encoded without a declaration, and it does not run.
@@ -184,7 +182,7 @@ class Planner:
         skeleton = self._skeletons[key] = build(flat, named, requests)
         return skeleton
 
-    def _tasks(self, flat: Flat, skeleton: Skeleton, given: Mapping[str, Value]) -> list[Task]:
+    def _tasks(self, flat: Flat, skeleton: Skeleton, given: Mapping[str, Any]) -> list[Task]:
         tasks: list[Task] = []
         blake2b, known, nodes = hashlib.blake2b, self._locals, flat.nodes
         for step in skeleton.steps:
@@ -240,7 +238,7 @@ def plan(
     size: tuple[int, int] | None = None,
     quality: str = "final",
     device: Callable[[], str] = lambda: "gl",
-    given: Mapping[str, Value] | None = None,
+    given: Mapping[str, Any] | None = None,
 ) -> Plan:
     """Plan once, remembering nothing; see `Planner.plan`."""
     return Planner(device).plan(flat, sinks, size=size, quality=quality, given=given)

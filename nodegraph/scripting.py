@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import atexit
 import itertools
+import os
 import threading
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -28,24 +28,18 @@ _lock = threading.Lock()
 _engines: dict[str, Engine] = {}
 _revisions = itertools.count(1)
 
+if hasattr(os, "register_at_fork"):
+    # The thread of an engine does not follow into a forked process; there, a new one is made.
+    os.register_at_fork(after_in_child=_engines.clear)
+
 
 def engine(device: str = "auto") -> Engine:
-    """The engine of this process for a device: "auto", "gl", "cl" or "cl64". Made on first use, closed at exit."""
+    """The engine of this process for a device: "auto", "gl", "cl" or "cl64". Made on first use."""
     with _lock:
         found = _engines.get(device)
         if found is None or found.closed:
-            if not _engines:
-                atexit.register(_close_engines)
             found = _engines[device] = Engine(device)
         return found
-
-
-def _close_engines() -> None:
-    with _lock:
-        engines = list(_engines.values())
-        _engines.clear()
-    for one in engines:
-        one.close()
 
 
 def load(path: str | Path) -> Network:

@@ -183,7 +183,6 @@ def test_a_cancelled_failure_is_not_remembered(cpu):
     assert ran["fail"] == 2
 
 
-@pytest.mark.skipif("os.name == 'nt'", reason="signals of POSIX")
 def test_ctrl_c_cancels_and_the_engine_lives_on(cpu):
     gates["stuck"] = threading.Event()
     network = Network()

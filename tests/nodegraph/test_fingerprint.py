@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from nodegraph import Bool, Choice, File, Float, Input, Output, Processor
+from nodegraph import Bool, File, Float, Input, Output, Processor
 from nodegraph.data import Camera, Volume
 from nodegraph.fingerprint import (
     array_key,
@@ -157,7 +157,9 @@ class OnDevice(Processor):
 def test_the_device_counts_where_it_is_named():
     network = Network()
     network.add(OnDevice, "one")
-    keys = {name: Planner(lambda n=name: n).plan(network.flatten()).tasks[0].fingerprint for name in ("gl", "cl", "cl64")}
+    keys = {
+        name: Planner(lambda n=name: n).plan(network.flatten()).tasks[0].fingerprint for name in ("gl", "cl", "cl64")
+    }
     assert len(set(keys.values())) == 3
 
 
@@ -189,7 +191,9 @@ def test_an_edited_kernel_changes_the_fingerprint(tmp_path):
     (tmp_path / "common").mkdir()
     shared = tmp_path / "common" / "shared.glsl"
     shared.write_text("float twice(float x) { return 2.0 * x; }\n")
-    (tmp_path / "kernel.glsl").write_text('#include "common/shared.glsl"\nfloat pixel(ivec2 at) { return twice(1.0); }\n')
+    (tmp_path / "kernel.glsl").write_text(
+        '#include "common/shared.glsl"\nfloat pixel(ivec2 at) { return twice(1.0); }\n'
+    )
 
     class Runs(Processor):
         """Runs a kernel."""
@@ -243,7 +247,12 @@ def outer():
 def test_functions_without_a_name_of_their_own_are_refused():
     assert function_key(outer) == function_key(outer)
     assert function_key(outer) != function_key(make)
-    for function, reason in ((lambda: 1, "lambda"), (outer(), "nested"), (Network.flatten, "method"), (len, "function")):
+    for function, reason in (
+        (lambda: 1, "lambda"),
+        (outer(), "nested"),
+        (Network.flatten, "method"),
+        (len, "function"),
+    ):
         with pytest.raises(TypeError, match=reason):
             function_key(function)
 
