@@ -354,3 +354,23 @@ def test_broken_text_never_gives_more_than_a_graph_error() -> None:
             continue
         net.flatten()
         assert dumps(loads(dumps(net), find=find)) == dumps(net)
+
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "workspaces").glob("*.json")), ids=lambda path: path.stem)
+def test_shipped_workspaces_are_read_whole(path: Path) -> None:
+    net = load(path)
+    assert {node.path: node.blocked for node in net.flatten().nodes.values() if node.problem is not None} == {}
+    again = loads(dumps(net, folder=path.parent), folder=path.parent)
+    assert dumps(again) == dumps(net)
+
+
+def test_the_example_of_the_docs_is_a_workspace() -> None:
+    page = (ROOT / "docs" / "workspace-format.md").read_text("utf-8")
+    net = loads(page.partition("```json\n")[2].partition("```")[0])
+    flat = net.flatten()
+    assert flat.nodes["view"].sources["image"] == (("finish/raycast", "image"),)
+    assert flat.nodes["finish/raycast"].values["step"] == 0.5
+    assert net["finish"].sigma == 0.8
