@@ -225,12 +225,14 @@ def test_an_evaluation_on_the_engines_own_thread_is_refused_instead_of_waiting_f
 def test_what_planning_raises_reaches_the_caller(cpu):
     with pytest.raises(CommandError, match="no such node"):
         cpu.evaluate(diamond(), "nowhere")
+    gates["never"] = threading.Event()
+    network = Network()
+    network.add(Wait, "wait", gate="never")
+    evaluation = cpu.submit(network, "wait")
     with pytest.raises(TimeoutError):
-        gates["never"] = threading.Event()
-        network = Network()
-        network.add(Wait, "wait", gate="never")
-        cpu.submit(network, "wait").result(0.01)
+        evaluation.result(0.01)
     gates["never"].set()
+    assert evaluation.result(5).ok
 
 
 def test_close_ends_what_runs_and_refuses_what_comes():
@@ -410,7 +412,7 @@ def test_what_a_worker_reads_is_on_the_host_before_it_starts():
         assert threads == [engine._thread.ident]
 
 
-# -- real kernels -------------------------------------------------------------------------------------------------------
+# -- real kernels -----------------------------------------------------------------------------------------------------
 
 
 class Gain(Processor):

@@ -15,6 +15,7 @@ from nodegraph import Bool, Condition, Float, Input, Int, Output, Processor, has
 from nodegraph.cache import ResultCache
 from nodegraph.data import Image, Volume
 from nodegraph.errors import Cancelled, CommandError, ParameterError, PortError
+from nodegraph.flat import Flat, FlatNode
 from nodegraph.network import Network
 from nodegraph.plan import Planner, Request
 from nodegraph.scheduler import Context, run
@@ -48,8 +49,9 @@ def evaluate(context):
     planners: dict = {}
 
     def act(network, sinks=None, *, on_event=None, cancelled=lambda: False, **asked):
-        planner = planners.setdefault(id(network), Planner())
-        return run(planner.plan(network.flatten(), sinks, **asked), context, on_event, cancelled)
+        planner = Planner() if isinstance(network, Flat) else planners.setdefault(network, Planner())
+        flat = network if isinstance(network, Flat) else network.flatten()
+        return run(planner.plan(flat, sinks, **asked), context, on_event, cancelled)
 
     act.context = context
     return act
@@ -463,15 +465,21 @@ def test_a_wrong_result_is_refused(evaluate):
     assert "liar.out: expected a Volume" in str(evaluate(network, ["liar"]).errors["liar"])
 
 
-def test_a_chain_longer_than_the_stack_is_blocked_and_runs(evaluate):
-    network = chain(1100)
-    assert value_of(evaluate(network, ["n1099"]), "n1099") == 1101.0
-    network.remove("seed")
-    network.add(Fail, "seed")
-    network.connect("seed.out", "n0.volume")
-    network.add(Seed, "start")
-    network.connect("start.out", "seed.volume")
-    report = evaluate(network, ["n1099"])
+def flat_chain(length: int, first: type[Processor]) -> Flat:
+    """The snapshot of a long chain, made without the document."""
+    nodes = {"start": FlatNode("start", "", Seed, {}, {}, {"number": 1, "edge": 1}, None, 1)}
+    above = "start"
+    for i in range(length):
+        processor = first if i == 0 else Shift
+        values = {"text": "it broke"} if processor is Fail else {"by": 1.0, "name": "n"}
+        nodes[f"n{i}"] = FlatNode(f"n{i}", "", processor, {"volume": ((above, "out"),)}, {}, values, None, 1)
+        above = f"n{i}"
+    return Flat(nodes, {}, frozenset(), 1, 1)
+
+
+def test_a_chain_longer_than_the_stack_runs_and_is_blocked(evaluate):
+    assert value_of(evaluate(flat_chain(1100, Shift), ["n1099"]), "n1099") == 1101.0
+    report = evaluate(flat_chain(1100, Fail), ["n1099"])
     assert report.states["n1099"] == "blocked"
     assert len(report.errors) == 1
 
