@@ -25,8 +25,8 @@ _CONDITION = re.compile(r"\s*#\s*(if|ifdef|ifndef|endif)\b")
 class Source:
     """The text of a kernel after includes.
 
-    ``files`` are the short names (``render/raycast.glsl``) of all files in it, ``paths`` where they lie ("" for text that
-    came from no file); ``places`` gives for every line of ``text`` its (file number, line number from 1).
+    ``files`` are the short names (``render/raycast.glsl``) of all files in it, ``paths`` where they lie ("" for text
+    that came from no file); ``places`` gives for every line of ``text`` its (file number, line number from 1).
     """
 
     text: str

@@ -1,7 +1,7 @@
 """Many small cases in one kernel: a program costs about a second to build on OpenCL, a case nothing.
 
-Row k of the picture is case k, column i is input i. A case is a function body in the kernel language that makes a vec4 of
-two input vectors ``v`` and ``w`` and the column ``i``; its expectation is the same in numpy, in double precision.
+Row k of the picture is case k, column i is input i. A case is a function body in the kernel language that makes a
+vec4 of two input vectors ``v`` and ``w`` and the column ``i``; its expectation is the same in numpy, in double.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ COLUMNS = 24
 
 @dataclass(frozen=True)
 class Case:
-    """``expect(v, w, i)`` takes (4, n), (4, n) and (n,) arrays and returns up to four rows; rows not given are not looked at."""
+    """``expect(v, w, i)`` takes (4, n), (4, n) and (n,) arrays and returns up to four rows, those that are compared."""
 
     name: str
     body: str

@@ -1,5 +1,7 @@
 """Every built-in function, on every device, against numpy."""
 
+# ruff: noqa: E501
+
 from __future__ import annotations
 
 from typing import Any

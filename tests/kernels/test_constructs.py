@@ -1,5 +1,7 @@
 """One kernel function per construct of the language, on every device, against numpy."""
 
+# ruff: noqa: E501
+
 from __future__ import annotations
 
 from typing import Any

@@ -1,5 +1,7 @@
 """Uniforms, fields, outputs and entries, on every device."""
 
+# ruff: noqa: E501
+
 from __future__ import annotations
 
 from typing import Any
@@ -225,7 +227,9 @@ def test_positions_that_are_not_numbers_stay_inside(device: Any) -> None:
     image = np.arange(9, dtype=np.float32).reshape(3, 3, 1)
     table = np.arange(16, dtype=np.float32).reshape(4, 4)
     got = device.run(Source.of(STRANGE), (4, 1), v=v, image=image, table=table).array[0]
-    assert 12 <= got[0, 0] <= 14 and 0 <= got[0, 1] <= 6 and got[0, 2] == 0
+    assert 12 <= got[0, 0] <= 14
+    assert 0 <= got[0, 1] <= 6
+    assert got[0, 2] == 0
     np.testing.assert_allclose(got[1:, 0], (14, 12, 14), rtol=1e-6)
     np.testing.assert_allclose(got[1:, 1], (6, 0, 6), rtol=1e-6)
     np.testing.assert_allclose(got[1:, 2], (12, 0, 12), rtol=1e-6)

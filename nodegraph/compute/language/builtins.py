@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from .types import FLOAT, INT, UINT, Matrix, Numeric, Type, vector
 
-_FLOATS = "sin cos tan asin acos sinh cosh tanh exp log exp2 log2 sqrt inversesqrt floor ceil trunc round fract radians degrees"
+_FLOATS = (
+    "sin cos tan asin acos sinh cosh tanh exp log exp2 log2 sqrt inversesqrt floor ceil trunc round fract "
+    "radians degrees"
+)
 _ALL_BASES = ("{0}{0}:{0}", "{0}{1}:{0}")
 _MIN = tuple(form.format(a, a.lower()) for a in "FIU" for form in _ALL_BASES)
 _COMPARE = ("WW:B", "II:B", "UU:B")
@@ -101,7 +104,8 @@ def describe(name: str) -> str:
     """Return the signatures of a built-in in words, for messages."""
     words = {
         "F": "float or vec", "I": "int or ivec", "U": "uint or uvec", "B": "bool or bvec", "V": "bvec", "W": "vec",
-        "f": "float", "i": "int", "u": "uint", "b": "bool", "3": "vec3", "M": "mat4", "m": "vec4", "N": "mat3", "n": "vec3",
+        "f": "float", "i": "int", "u": "uint", "b": "bool", "3": "vec3",
+        "M": "mat4", "m": "vec4", "N": "mat3", "n": "vec3",
     }  # fmt: skip
     forms = [f"({', '.join(words[letter] for letter in form.split(':')[0])})" for form in SIGNATURES[name]]
     return " or ".join(forms)

@@ -13,7 +13,8 @@ from .printing import Printer, Storages, divides_plainly
 from .types import Array, Matrix, Numeric, Struct, Type
 
 _COMPARE = {
-    "lessThan": "<", "lessThanEqual": "<=", "greaterThan": ">", "greaterThanEqual": ">=", "equal": "==", "notEqual": "!="
+    "lessThan": "<", "lessThanEqual": "<=", "greaterThan": ">", "greaterThanEqual": ">=",
+    "equal": "==", "notEqual": "!=",
 }  # fmt: skip
 
 
@@ -67,7 +68,8 @@ class CallPrinter(Printer):
         return text
 
     def operation(self, op: str, a: s.Expr, b: s.Expr) -> str:
-        assert isinstance(a.type, Numeric) and isinstance(b.type, Numeric)
+        assert isinstance(a.type, Numeric)
+        assert isinstance(b.type, Numeric)
         left, right = self.expr(a), self.expr(b)
         if op == "^^":
             return f"({left} != {right})"
@@ -79,7 +81,8 @@ class CallPrinter(Printer):
 
     def division(self, op: str, a: s.Expr, b: s.Expr) -> str:
         """Integer division never traps: x / 0 and x % 0 are 0, and % has the sign of its left side."""
-        assert isinstance(a.type, Numeric) and isinstance(b.type, Numeric)
+        assert isinstance(a.type, Numeric)
+        assert isinstance(b.type, Numeric)
         type = Numeric(a.type.base, max(a.type.n, b.type.n))
         left, right = self.wide(a, type), self.wide(b, type)
         if divides_plainly(b):
@@ -166,7 +169,8 @@ class CallPrinter(Printer):
     def helped(self, call: s.Call) -> str:
         """Call a helper that is printed for the types of this call."""
         first = call.args[0].type
-        assert isinstance(call.type, Numeric) and isinstance(first, Numeric)
+        assert isinstance(call.type, Numeric)
+        assert isinstance(first, Numeric)
         T, A = self.type(call.type), self.type(first)
         name = f"ng_{call.name}_{A if call.name in ('length', 'distance') else T}"
         text = prelude.HELPERS[call.name].format(T=T, A=A, name=name, dot="dot(v, m)")
@@ -187,7 +191,8 @@ class CallPrinter(Printer):
         return f"fabs({self.expr(call.args[0])})" if call.type.base == "float" else self.helped(call)
 
     def builtin_mix(self, call: s.Call) -> str:
-        assert isinstance(call.type, Numeric) and isinstance(call.args[2].type, Numeric)
+        assert isinstance(call.type, Numeric)
+        assert isinstance(call.args[2].type, Numeric)
         if call.args[2].type.base != "bool":
             return self.helped(call)
         x, y, choice = map(self.expr, call.args)

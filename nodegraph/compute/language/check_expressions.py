@@ -245,7 +245,8 @@ class ExpressionChecker:
                 cure = f": write {literal.value}.0"
             raise self.fail(
                 expr.line,
-                f"{expr.name}({', '.join(map(str, types))}) does not exist, it takes {builtins.describe(expr.name)}{cure}",
+                f"{expr.name}({', '.join(map(str, types))}) does not exist, "
+                f"it takes {builtins.describe(expr.name)}{cure}",
             )
         return result
 

@@ -31,8 +31,9 @@ def wrap(value: Scalar, base: str) -> Scalar | None:
 def unary(op: str, value: s.Constant, type: Numeric) -> s.Constant | None:
     """Fold ``op value``; vectors only under a sign."""
     if isinstance(value, tuple):
-        parts = [unary(op, part, Numeric(type.base)) for part in value] if op in "+-" else [None]
-        return None if None in parts else tuple(parts)  # type: ignore[arg-type]
+        signed = [wrap(-part if op == "-" else part, type.base) for part in value]
+        known = tuple(part for part in signed if part is not None)
+        return known if op in ("+", "-") and len(known) == len(value) else None
     if op == "!":
         return not value
     if op == "~":
@@ -79,7 +80,7 @@ def construct(type: Numeric, args: list[s.Expr]) -> s.Constant | None:
         parts += arg.constant if isinstance(arg.constant, tuple) else [arg.constant]
     if len(parts) == 1:
         parts *= type.n
-    values = [wrap(part, type.base) for part in parts[: type.n]]
-    if None in values or len(values) < type.n:
+    values = tuple(value for part in parts[: type.n] if (value := wrap(part, type.base)) is not None)
+    if len(values) < type.n:
         return None
-    return values[0] if type.n == 1 else tuple(values)  # type: ignore[arg-type]
+    return values[0] if type.n == 1 else values

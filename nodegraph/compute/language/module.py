@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from .storage_types import Storage
-from .types import Field, Matrix, Numeric, Struct, components
+from .types import Matrix, Numeric, Struct, components
 
 if TYPE_CHECKING:
     from .syntax import Program
 
 #: A default is a number, a bool, or a tuple of these (vectors).
-Value = float | int | bool | tuple[float, ...] | tuple[int, ...]
+Value = float | int | bool | tuple[float | int | bool, ...]
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Module:
     outputs: tuple[OutputDecl, ...]
     #: Text of the comment that opens the kernel's own file, markers removed.
     doc: str
-    #: Names of uniforms and fields that only other variants declare (in parts cut out by #if): binding them is no error.
+    #: Uniforms and fields that only other variants declare (in parts cut out by #if): binding them is no error.
     absent: frozenset[str]
     #: Files in the order of their numbers: the file that a driver's message calls 1 is ``files[1]``.
     files: tuple[str, ...]
@@ -99,11 +99,11 @@ class FieldSlot:
     """One field, or one element of a field array, as the printed program wants it.
 
     OpenGL: bind a texture (2-D for field1, of height 1; 2-D; 3-D) to the sampler uniform ``sampler``; write the size in
-    texels, x first, to ``size`` (int, ivec2 or ivec3), its inverse to ``inverse`` (float, vec2 or vec3) unless that name
-    is "", and (scale, offset, scale * unorm) to the vec3 ``mapping`` unless that is "". Texture units are free to choose.
+    texels, x first, to ``size`` (int, ivec2 or ivec3), its inverse to ``inverse`` (float, vec2 or vec3) unless that
+    name is "", and (scale, offset, scale * unorm) to the vec3 ``mapping`` unless that is "". Units are free to choose.
     A name that the driver does not list was dropped as unused.
-    OpenCL: kernel argument number ``argument`` is the buffer; write the size, x first, as 1 to 3 ints at ``size_offset``
-    of block "int", and (scale, offset) at ``mapping_offset`` of block "real" unless that is -1.
+    OpenCL: kernel argument number ``argument`` is the buffer; write the size, x first, as 1 to 3 ints at
+    ``size_offset`` of block "int", and (scale, offset) at ``mapping_offset`` of block "real" unless that is -1.
     """
 
     field: str
@@ -124,15 +124,16 @@ class Layout:
 
     **OpenGL fragment** (``stage`` "fragment"): output i of ``outputs`` is colour target i (float R32F, vec2 RG32F, vec4
     RGBA32F, int R32I, uint R32UI). The caller brings a vertex shader that covers the target; strips are cut by
-    scissor or viewport-free drawing, because the entry's argument comes from gl_FragCoord. A voxel entry reads the
+    scissor, since the entry's argument comes from gl_FragCoord. A voxel entry reads the
     slice z from the int uniform ``slice``.
     **OpenGL compute** (voxel entries): output i is the image unit i, formats as above; groups of ``group`` threads;
     ``origin`` and ``extent`` (ivec3 uniforms) are the first voxel of this dispatch and the size of the whole result.
-    **OpenCL**: the kernel is ``kernel``. Arguments in this order, all listed in ``arguments``: one buffer per output (rows
-    of the whole result, x fastest, components interleaved, float or double as printed, int, uint), one buffer per
-    field slot, the block of reals, the block of ints (never empty: at least one element each), then the ints width, height
-    and depth of the whole result (depth is 1 for pixels). Work items are (x, y) or (x, y, z) by ``get_global_id``, so
-    strips are global offsets; a work item outside the result does nothing, so sizes may be rounded up.
+    **OpenCL**: the kernel is ``kernel``. Arguments in this order, all listed in ``arguments``: one buffer per output
+    (rows of the whole result, x fastest, components interleaved, float or double as printed, int, uint), one buffer
+    per field slot, the block of reals, the block of ints (never empty: at least one element each), then the ints
+    width, height and depth of the whole result (depth is 1 for pixels). Work items are (x, y) or (x, y, z) by
+    ``get_global_id``, so strips are global offsets; a work item outside the result does nothing, so sizes may be
+    rounded up.
     Only fields that the variant uses have slots, only uniforms that it uses have leaves.
     """
 

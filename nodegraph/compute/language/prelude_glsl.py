@@ -26,8 +26,8 @@ UMOD = "uint ng_umod(uint a, uint b) { return b == 0u ? 0u : a % (b == 0u ? 1u :
 ISNAN = "bool ng_isnan(float x) { return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u; }"
 ISINF = "bool ng_isinf(float x) { return (floatBitsToUint(x) & 0x7fffffffu) == 0x7f800000u; }"
 
-#: expm1: x = k ln2 + r with |r| <= ln2 / 2, a Taylor polynomial of degree 8 for e^r - 1, and 2^k put together by bits, so
-#: that no driver's exp decides about the accuracy.
+#: expm1: x = k ln2 + r with |r| <= ln2 / 2, a Taylor polynomial of degree 8 for e^r - 1, and 2^k put together by
+#: bits, so that no driver's exp decides about the accuracy.
 EXPM1 = """float ng_expm1(float x) {
     if (ng_isnan(x)) return x;
     if (x > 88.9) return uintBitsToFloat(0x7f800000u);

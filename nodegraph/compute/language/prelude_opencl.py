@@ -1,7 +1,7 @@
 """GLSL's built-in functions in OpenCL C, for the types of one call.
 
-Each text is a template: ``{T}`` is the type of the result (real, real3, int2, ...), ``{S}`` its scalar, ``{I}`` the int type
-of the same length, ``{n}`` its length ("" for 1). Operands come converted to ``{T}`` unless ``KEPT`` says otherwise.
+Each text is a template: ``{T}`` is the type of the result (real, real3, int2, ...), ``{A}`` that of the first argument,
+``{S}`` the scalar of a vector. Operands come widened to ``{T}``, except the last one of refract.
 """
 
 from __future__ import annotations

@@ -301,6 +301,7 @@ def _split_comments(source: Source) -> tuple[list[str], dict[int, str], str]:
     at_top = True
     for number, text in enumerate(source.lines, 1):
         code, comment, at = "", "", 0
+        commented = bool(opened)
         while at < len(text):
             if opened:
                 end = text.find("*/", at)
@@ -310,10 +311,12 @@ def _split_comments(source: Source) -> tuple[list[str], dict[int, str], str]:
                 at, opened = end + 2, 0
                 code += " "
             elif text.startswith("//", at):
+                commented = True
                 trailing[number] = text[at + 2 :].strip()
                 comment += text[at + 2 :]
                 break
             elif text.startswith("/*", at):
+                commented = True
                 at, opened = at + 2, number
             else:
                 code += text[at]
@@ -321,8 +324,8 @@ def _split_comments(source: Source) -> tuple[list[str], dict[int, str], str]:
         lines.append(code)
         own_file = not source.places or number > len(source.places) or source.places[number - 1][0] == 0
         if own_file and at_top:
-            at_top = not code.strip() and (bool(comment.strip()) or bool(opened) or not opening)
-            if at_top and (comment.strip() or opening):
+            at_top = not code.strip() and (commented or not opening)
+            if at_top and commented:
                 opening.append(comment.strip().removeprefix("* ").rstrip("*").strip())
     if opened:
         raise source.error(opened, "this comment is never closed by */")

@@ -8,7 +8,7 @@ from .fields_glsl import accessor_text, declarations
 from .module import FieldSlot, Layout, Module
 from .names import mangle
 from .printing import FieldRef, Instance, Printer, Storages, divides_plainly, is_int
-from .types import BOOL, FLOAT, Array, Field, Matrix, Numeric, Struct, Type
+from .types import BOOL, FLOAT, Array, Matrix, Numeric, Struct, Type
 from .uniform_leaves import leaves
 
 #: Thread groups of compute shaders.
@@ -131,7 +131,8 @@ class _GlslPrinter(Printer):
 
     def constant(self, decl: s.GlobalDecl) -> str:
         """A constant is a macro: GLSL's own constants cannot call our functions. Its name, k_NAME, is nobody else's."""
-        assert decl.symbol is not None and decl.value is not None
+        assert decl.symbol is not None
+        assert decl.value is not None
         name, value = decl.symbol.printed, decl.value
         if not isinstance(value, s.ArrayLiteral):
             return f"#define {name} ({self.expr(value)})"
@@ -140,7 +141,8 @@ class _GlslPrinter(Printer):
 
     def known(self, value: s.Constant | None, type: Type) -> str:
         """Return a folded number or vector."""
-        assert value is not None and isinstance(type, Numeric)
+        assert value is not None
+        assert isinstance(type, Numeric)
         if isinstance(value, tuple):
             return f"{type}({', '.join(self.known(part, Numeric(type.base)) for part in value)})"
         return literal(s.Literal(0, type.base, value))
@@ -207,7 +209,8 @@ class _GlslPrinter(Printer):
 
     def division(self, op: str, a: s.Expr, b: s.Expr, left: str, right: str) -> str:
         """Integer division never traps: x / 0 and x % 0 are 0, and % has the sign of its left side."""
-        assert isinstance(a.type, Numeric) and isinstance(b.type, Numeric)
+        assert isinstance(a.type, Numeric)
+        assert isinstance(b.type, Numeric)
         signed = a.type.base == "int"
         if divides_plainly(b) and not (signed and op == "%"):
             return f"({left} {op} {right})"

@@ -116,7 +116,7 @@ class _OpenclPrinter(CallPrinter):
             "    if (x >= width || y >= height || z >= depth) return;",
             "    const size_t at = ((size_t)z * height + y) * width + x;",
             f"    const {self.type(result)} r = "
-            f"{entry}({', '.join(self.context_arguments)}, ({'int3' if voxel else 'int2'})(x, y{', z' if voxel else ''}));",
+            f"{entry}({', '.join(self.context_arguments)}, {'(int3)(x, y, z)' if voxel else '(int2)(x, y)'});",
             *stores,
             "}",
         ]
@@ -130,7 +130,8 @@ class _OpenclPrinter(CallPrinter):
 
     def constant(self, decl: s.GlobalDecl) -> str:
         """A constant is a macro: its name is its own (k_NAME), so nothing else is replaced. Arrays are program data."""
-        assert decl.symbol is not None and decl.value is not None
+        assert decl.symbol is not None
+        assert decl.value is not None
         name, value = decl.symbol.printed, decl.value
         if not isinstance(value, s.ArrayLiteral):
             return f"#define {name} ({self.expr(value)})"
@@ -139,7 +140,8 @@ class _OpenclPrinter(CallPrinter):
 
     def known(self, value: s.Constant | None, type: Type) -> str:
         """Return a folded number or vector."""
-        assert value is not None and isinstance(type, Numeric)
+        assert value is not None
+        assert isinstance(type, Numeric)
         if isinstance(value, tuple):
             return f"({self.type(type)})({', '.join(self.known(part, Numeric(type.base)) for part in value)})"
         return self.literal(s.Literal(0, type.base, value))
@@ -295,11 +297,9 @@ class _OpenclPrinter(CallPrinter):
                 size = sizes(part)
                 reals, ints = reals + size[0], ints + size[1]
             return text
-        count, element, letter = 0, type, "c"
-        if isinstance(type, Matrix):
-            count, element = type.n, Numeric("float", type.n)
-        elif isinstance(type, Array):
-            count, element, letter = type.count, type.element, "a"
+        assert isinstance(type, Matrix | Array)
+        element: Type = Numeric("float", type.n) if isinstance(type, Matrix) else type.element
+        count, letter = (type.n, "c") if isinstance(type, Matrix) else (type.count, "a")
         stride = sizes(element)
         value = self.load(element, f"i * {stride[0]}", f"i * {stride[1]}")
         return f"{text}    for (int i = 0; i < {count}; i++) r.{letter}[i] = {value};\n"

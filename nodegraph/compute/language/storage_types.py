@@ -31,7 +31,7 @@ class Storage:
     #: OpenGL: may the texture unit interpolate? Then min and mag filter are LINEAR, else NEAREST. Wrap: CLAMP_TO_EDGE.
     #: Integer textures are never filtered. OpenCL ignores it.
     filtered: bool = False
-    #: OpenGL, normalised textures: the stored number that the texture unit returns as 1.0, else 0. uint16 in R16: 65535.
+    #: OpenGL, normalised textures: the stored number that the unit returns as 1.0 (else 0). uint16 in R16: 65535.
     #: uint8 in R8, and uint8 as ``value * 257`` in R16: 255 both times (stored is the uint8 value), so that an
     #: int8 volume shifted by 128 has unorm 255 and an offset lower by 128 * scale.
     unorm: float = 0.0

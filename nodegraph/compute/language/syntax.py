@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from .types import VOID, Struct, Type
 
 #: A folded constant: a number, a bool, or a tuple of these for a vector.
-Constant = float | int | bool | tuple[float, ...] | tuple[int, ...]
+Constant = float | int | bool | tuple[float | int | bool, ...]
 
 
 @dataclass(eq=False)
 class Symbol:
-    """What a name stands for. ``kind`` is local, parameter, const, uniform or field; ``printed`` is unique in its scope."""
+    """What a name stands for: ``kind`` is local, parameter, const, uniform or field. ``printed`` is unique."""
 
     kind: str
     name: str

@@ -17,7 +17,7 @@ Defines = Mapping[str, int | float | bool]
 
 
 def compile(source: Source | str, defines: Defines | None = None) -> Module:
-    """Parse and check a kernel. ``defines`` win over the file's own. Raises ShaderError, and nothing else, for any text."""
+    """Parse and check a kernel; ``defines`` win over the file's own. Any text gives a Module or a ShaderError."""
     if isinstance(source, str):
         source = Source.of(source)
     pairs = tuple((name, type(value).__name__, value) for name, value in sorted((defines or {}).items()))

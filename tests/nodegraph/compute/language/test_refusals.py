@@ -102,7 +102,7 @@ BODIES = {
     "T t;": "a struct is declared before it is used",
     "float x = f(1.0, 2.0);": "f takes 1 arguments, and 2 are given",
     "float x = f(1);": "write 1.0",
-    "pixel(at);": "cannot be called",
+    "vec4 x = pixel(at);": "pixel -> pixel is a recursion",
     "float if = 1.0;": "a word of the language",
     "float vec3 = 1.0;": "a word of the language",
     "float a__b = 1.0;": "no two underscores",
@@ -116,7 +116,7 @@ BODIES = {
     "float x = (1.0;": "')' is missing",
     "int x = $;": "no character of the language",
     "uniform float g2;": "outside functions",
-    "for (int i = 0; i < 3; i++, i++) {}": "missing",
+    "for (int i = 0; i < 3; i++, i++) {}": "a statement of its own",
     "while (bool b = true) {}": "needed",
 }  # fmt: skip
 
@@ -148,7 +148,8 @@ FILES = [
     (f"void f(float x) {{ }}\n{PIXEL}", 1, "return a value"),
     (f"{PIXEL}\nfloat f(float x) {{ return x; }}\nfloat f(vec2 x) {{ return x.x; }}", 3, "not overloaded"),
     (f"{PIXEL}\nfloat f(float x) {{\nreturn g(x);\n}}\nfloat g(float x) {{\nreturn f(x);\n}}", 6, "f -> g -> f is a recursion"),
-    (f"{PIXEL}\nfloat f(float x) {{ return f(x); }}", 2, "recursion"),
+    (f"{PIXEL}\nfloat f(float x) {{ return f(x); }}", 2, "f -> f is a recursion"),
+    (f"{PIXEL}\nvec4 f() {{ return pixel(ivec2(0)); }}", 2, "cannot be called"),
     (f"{PIXEL}\nfloat sin(float x) {{ return x; }}", 2, "built-in"),
     (f"{PIXEL}\nfloat f(float x) {{ if (x > 0.0) return x; }}", 2, "can end without a value"),
     (f"{PIXEL}\nfloat f(float x) {{ while (true) {{ if (x > 0.0) break; }} }}", 2, "can end without a value"),
