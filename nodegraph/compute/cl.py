@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import sys
 import warnings
 from collections.abc import Sequence
@@ -25,6 +26,7 @@ from nodegraph.data.buffer import Array
 from nodegraph.errors import DeviceError, DeviceMissing
 
 PACKAGES = "apt install pocl-opencl-icd, or pip install pocl-binary-distribution"
+LINKER = "PoCL needs the program ld to build kernels; get it with apt install binutils"
 GROUP = 64
 """Work items of a group, along x. One fixed shape: PoCL compiles a kernel anew for every shape of group."""
 
@@ -307,12 +309,20 @@ def may_have_hardware() -> bool:
     return not all("pocl" in name.lower() or "intelocl" in name.lower() for name in names)
 
 
+def lacks_linker(device: Any) -> bool:
+    """Tell whether a driver would end the whole process at its first kernel: PoCL does where it finds no ``ld``."""
+    return "portable computing language" in device.platform.name.lower() and shutil.which("ld") is None
+
+
 def best_driver(precision: str) -> Any:
     """Return the device to use for a precision; DeviceMissing says what to install."""
     name = "cl64" if precision == "double" else "cl"
     found = drivers()
     if not found:
         raise DeviceMissing(f"{name}: there is no OpenCL driver on this machine; install one with {PACKAGES}")
+    if all(lacks_linker(device) for device in found):
+        raise DeviceMissing(f"{name}: {LINKER}")
+    found = [device for device in found if not lacks_linker(device)]
     if precision == "double":
         found = [device for device in found if device.double_fp_config]
         if not found:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import shutil
-import sys
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -47,17 +45,17 @@ def _opengl() -> Finding:
 
 
 def _opencl() -> list[Finding]:
-    from nodegraph.compute.cl import PACKAGES, describe_driver, drivers, import_pyopencl
+    from nodegraph.compute import cl as opencl
 
     try:
-        cl = import_pyopencl()
+        cl = opencl.import_pyopencl()
     except DeviceError as error:
         return [Finding(name, False, str(error), cure="pip install pyopencl") for name in ("cl", "cl64")]
-    notes = _linker_notes()
     findings = []
     for name in ("cl", "cl64"):
-        found = [device for device in drivers() if name == "cl" or device.double_fp_config]
-        for rank, device in enumerate(found):
+        found = [device for device in opencl.drivers() if name == "cl" or device.double_fp_config]
+        chosen = next((device for device in found if not opencl.lacks_linker(device)), None)
+        for device in found:
             limits = {
                 "object_bytes": int(device.max_mem_alloc_size),
                 "global_bytes": int(device.global_mem_size),
@@ -65,18 +63,12 @@ def _opencl() -> list[Finding]:
                 "version": device.version.strip(),
             }
             hardware = not device.type & cl.device_type.CPU
-            findings.append(
-                Finding(name, True, describe_driver(device), hardware, rank == 0, limits, notes=tuple(notes))
-            )
+            text = opencl.describe_driver(device)
+            if opencl.lacks_linker(device):
+                findings.append(Finding(name, False, f"{text}: {opencl.LINKER}", cure="apt install binutils"))
+            else:
+                findings.append(Finding(name, True, text, hardware, device is chosen, limits))
         if not found:
             what = "no OpenCL driver is installed" if name == "cl" else "no OpenCL driver computes in double"
-            findings.append(Finding(name, False, f"{name}: {what}", cure=PACKAGES, notes=tuple(notes)))
+            findings.append(Finding(name, False, f"{name}: {what}", cure=opencl.PACKAGES))
     return findings
-
-
-def _linker_notes() -> list[str]:
-    """Say what PoCL lacks: the wheel of it links each kernel with the system's linker."""
-    if sys.platform.startswith("linux") and importlib.util.find_spec("pocl_binary_distribution") is not None:
-        if shutil.which("ld") is None:
-            return ["pocl-binary-distribution needs the program ld to build kernels: apt install binutils"]
-    return []

@@ -98,6 +98,7 @@ def test_a_device_without_double_is_no_cl64(monkeypatch: pytest.MonkeyPatch) -> 
         double_fp_config = 0
 
     monkeypatch.setattr(cl_module, "drivers", lambda: [Single()])
+    monkeypatch.setattr(cl_module, "lacks_linker", lambda device: False)
     with pytest.raises(DeviceMissing, match=r"^cl64: no OpenCL driver here computes in double"):
         cl_module.best_driver("double")
 
@@ -160,14 +161,14 @@ def test_survey_names_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "pocl-binary-distribution" in found["cl64"].cure
 
 
-def test_survey_says_that_the_pip_driver_needs_a_linker(monkeypatch: pytest.MonkeyPatch) -> None:
-    from nodegraph.compute import survey as survey_function
-    from nodegraph.compute.survey import importlib, shutil
-
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: object())
-    monkeypatch.setattr(shutil, "which", lambda name: None)
-    notes = [note for finding in survey_function() for note in finding.notes]
-    assert any("needs the program ld" in note and "binutils" in note for note in notes)
+def test_pocl_without_a_linker_is_no_device(devices: Devices, monkeypatch: pytest.MonkeyPatch) -> None:
+    # It would end the whole process at its first kernel.
+    monkeypatch.setattr(cl_module.shutil, "which", lambda name: None)
+    found = [finding for finding in survey() if finding.name == "cl"]
+    assert not any(finding.available for finding in found)
+    assert {finding.cure for finding in found} == {"apt install binutils"}
+    with pytest.raises(DeviceMissing, match=r"^cl: PoCL needs the program ld .* apt install binutils"):
+        devices.choose("cl")
 
 
 def test_hardware_filtering_is_chosen_by_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
