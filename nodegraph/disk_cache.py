@@ -68,6 +68,10 @@ class DiskCache:
         name = digest(key, __version__).hex()
         return self.folder / name[:2] / f"{name}{SUFFIX}"
 
+    def __contains__(self, key: bytes) -> bool:
+        """Whether there is a file; it is not looked into."""
+        return self.path(key).exists()
+
     def get(self, key: bytes) -> Result | None:
         """Return a result, or None. A file that is torn or damaged is removed."""
         path = self.path(key)

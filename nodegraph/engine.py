@@ -16,8 +16,8 @@ from nodegraph.errors import Cancelled, DeviceError, GraphError
 from nodegraph.evaluation import Evaluation
 from nodegraph.explain import LastRun
 from nodegraph.plan import Plan, Planner
-from nodegraph.report import Report
-from nodegraph.scheduler import Context, Observer, Run
+from nodegraph.report import Observer, Report
+from nodegraph.scheduler import Context, Run
 from nodegraph.workers import Inbox, Workers
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ class Engine:
             self._run = run = Run(plan, self._context, on_event, lambda: evaluation.cancelled)
             try:
                 if self._announcement:
-                    run.announce(self._announcement)
+                    run.teller.announce(self._announcement)
                     self._announcement = ""
                 report = run.finish()
             finally:
@@ -204,6 +204,11 @@ class Engine:
     def retry(self) -> None:
         """Forget which nodes failed, so that they are tried again although nothing they depend on has changed."""
         self.cache.forget_failures()
+
+    @property
+    def disk(self) -> DiskCache | None:
+        """Results that outlive the process; None where `disk` was refused."""
+        return self._context.disk
 
     # -- what it owns -------------------------------------------------------------------------------------------
 

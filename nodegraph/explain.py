@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from nodegraph.errors import CommandError, near_miss
 from nodegraph.plan import Plan, Task
+from nodegraph.report import State
 
 if TYPE_CHECKING:
     from nodegraph.engine import Engine
@@ -70,7 +71,8 @@ def why(
 ) -> str:
     """What made a node dirty, or what keeps it clean: the parameter, file, source text or node further up.
 
-    Without sinks the node itself is taken for one where no view reads it. Raises CommandError for an unknown node.
+    Below that, what its result depends on. Without sinks the node itself is taken for one where no view reads it.
+    Raises CommandError for an unknown node.
     """
     flat = network.flatten()
     if node not in flat.nodes:
@@ -87,7 +89,47 @@ def why(
         places = [place for place, task in enumerate(plan.tasks) if task.path == node]
     running = _running(engine, plan)
     last = engine.last(network)
-    return note + "\n".join(f"{node}: {_fate(engine, plan, place, running, last)}" for place in places)
+    told = [f"{node}: {_fate(engine, plan, place, running, last)}" for place in places]
+    return note + "\n".join([*told, *_ingredients(plan, places[0])])
+
+
+def states(
+    engine: Engine,
+    network: Network,
+    sinks: Iterable[str] | str | None = None,
+    *,
+    size: tuple[int, int] | None = None,
+    quality: str = "final",
+) -> dict[str, State]:
+    """State of every node that the sinks need, without running anything: clean, dirty, blocked or failed."""
+    plan = engine.plan(network, sinks, size=size, quality=quality)
+    running = _running(engine, plan)
+    last = engine.last(network)
+    found: dict[str, State] = {}
+    for place, task in enumerate(plan.tasks):
+        fate = _fate(engine, plan, place, running, last)
+        word = {"runs": "dirty", "blocked": "blocked", "failed": "failed"}.get(
+            fate.split(":")[0].split(" ")[0].rstrip(",")
+        )
+        if word is not None or task.path not in found:
+            found[task.path] = State(word or "clean", fate)
+    return found
+
+
+def _ingredients(plan: Plan, place: int) -> list[str]:
+    """What the result of a task depends on, one a line."""
+    task = plan.tasks[place]
+    lines = [f"{what} {text}" for what, text in task.local.code.parts]
+    lines += [f"{name} = {text}" for name, text in task.local.encoded.items()]
+    lines += [f"file {state}" for state in task.local.files.values()]
+    lines += [f"asked-for {service.rstrip(chr(0))}" for service in task.services]
+    for port, feeds in task.feeds.items():
+        if feeds is None:
+            lines.append(f"{port}: not read")
+        for source, output in feeds or ():
+            above = plan.tasks[source]
+            lines.append(f"{port}: {above.path}.{output} {above.fingerprint.hex()[:16]}")
+    return [f"    {line}" for line in lines]
 
 
 def _running(engine: Engine, plan: Plan) -> set[int]:
@@ -96,15 +138,24 @@ def _running(engine: Engine, plan: Plan) -> set[int]:
     found: set[int] = set()
     for place in range(len(plan.tasks) - 1, -1, -1):
         task = plan.tasks[place]
-        if place in needed and task.path not in plan.given and not _is_kept(engine, task):
+        if place in needed and task.path not in plan.given and not _is_kept(engine, plan, place):
             found.add(place)
             needed |= {source for sources in task.feeds.values() for source, _ in sources or ()}
     return found
 
 
-def _is_kept(engine: Engine, task: Task) -> bool:
-    effect = task.processor is not None and task.processor.effect
-    return not effect and task.fingerprint in engine.cache
+def _is_kept(engine: Engine, plan: Plan, place: int) -> str:
+    """Where the result of a task is kept: memory, disk, or empty for nowhere."""
+    task = plan.tasks[place]
+    processor = task.processor
+    if processor is None or processor.effect or task.problem is not None:
+        return ""
+    if task.fingerprint in engine.cache:
+        return "kept"
+    # Hashing what a script gave is not worth an explanation.
+    if processor.disk_cache and engine.disk is not None and task.stable and task.fingerprint in engine.disk:
+        return "kept on disk"
+    return ""
 
 
 def _fate(engine: Engine, plan: Plan, place: int, running: set[int], last: LastRun) -> str:
@@ -122,8 +173,9 @@ def _fate(engine: Engine, plan: Plan, place: int, running: set[int], last: LastR
         error = above.problem or engine.cache.failure(above.fingerprint)
         if error is not None and place in running:
             return f"blocked by {error}"
-    if _is_kept(engine, task):
-        return f"kept: nothing it depends on has changed{_cost(last, task.path, ', ')}"
+    kept = _is_kept(engine, plan, place)
+    if kept:
+        return f"{kept}: nothing it depends on has changed{_cost(last, task.path, ', ')}"
     if place not in running:
         return "not needed: what reads it is kept"
     if task.processor is not None and task.processor.effect:

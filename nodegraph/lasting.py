@@ -46,8 +46,7 @@ class LastingKeys:
         for sources in self._plan.tasks[place].feeds.values():
             for source, output in sources or ():
                 task = self._plan.tasks[source]
-                if made == (
-                    task.fingerprint if task.path in self._plan.given else provenance(task.fingerprint, output)
-                ):
+                is_given = task.path in self._plan.given
+                if made == (task.fingerprint if is_given else provenance(task.fingerprint, output)):
                     return provenance(self.key(source), output)
         return None

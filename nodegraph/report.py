@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -83,3 +83,36 @@ class Report:
         """Raise the first error, if there is one."""
         for error in self.errors.values():
             raise error
+
+
+Observer = Callable[[Event], None]
+
+
+class Teller:
+    """Delivers events to an observer, which may fail without stopping anything, and collects notes."""
+
+    def __init__(self, report: Report, observer: Observer | None) -> None:
+        self._report = report
+        self._observer = observer
+        self._failed = False
+
+    def emit(self, event: Event) -> None:
+        """Deliver an event. The first error of the observer becomes a note."""
+        if self._observer is None:
+            return
+        try:
+            self._observer(event)
+        except Exception as error:
+            if not self._failed:
+                self._failed = True
+                self._report.notes.append(f"the observer of this evaluation raised {type(error).__name__}: {error}")
+
+    def note(self, text: str, path: str = "") -> None:
+        """Say something once, in the report and as an event."""
+        if text not in self._report.notes:
+            self._report.notes.append(text)
+            self.emit(Event("note", path, text))
+
+    def announce(self, text: str) -> None:
+        """Say something to the observer that is no remark on the results: the device that was chosen."""
+        self.emit(Event("note", "", text))

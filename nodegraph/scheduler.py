@@ -18,14 +18,12 @@ from nodegraph.errors import Cancelled, DeviceError, DeviceMissing, GraphError, 
 from nodegraph.execution import collect_arguments, execute
 from nodegraph.lasting import LastingKeys
 from nodegraph.plan import Plan, Task
-from nodegraph.report import CLEAN, Event, Report, State
+from nodegraph.report import CLEAN, Event, Observer, Report, State, Teller
 from nodegraph.services import own
 from nodegraph.workers import Inbox, Job, Workers
 
 if TYPE_CHECKING:
     from nodegraph.disk_cache import DiskCache
-
-Observer = Callable[[Event], None]
 
 
 class DeviceSource(Protocol):
@@ -72,8 +70,9 @@ class Run:
     def __init__(self, plan: Plan, context: Context, on_event: Observer | None, cancelled: Callable[[], bool]) -> None:
         self.plan = plan
         self.report = Report()
+        self.teller = Teller(self.report, on_event)
+        self._emit = self.teller.emit
         self.context = context
-        self._on_event = on_event
         self._cancelled = cancelled
         self._results: dict[int, Result] = {}
         self._blocked: dict[int, str] = {}
@@ -154,7 +153,7 @@ class Run:
                 self._results[place] = kept
                 self.report.cached.append(task.path)
                 for note in kept.notes:
-                    self.note(note, task.path)
+                    self.teller.note(note, task.path)
                 continue
             todo.append(place)
             if task.problem is None and cache.failure(task.fingerprint) is None:
@@ -273,7 +272,7 @@ class Run:
                     raise
                 self.check()
                 note = f"{task.path}: {device.name} failed ({error}); running on {other.name} instead"
-                self.note(note, task.path)
+                self.teller.note(note, task.path)
                 result = execute(self, place, arguments, other)
                 result = Result(result.values, result.seconds, (note,), result.memos)
         except BaseException as error:
@@ -339,14 +338,14 @@ class Run:
         if task.path not in report.errors:
             report.states[task.path] = CLEAN
         for note in result.notes:
-            self.note(note, task.path)
+            self.teller.note(note, task.path)
         self._results[place] = result
         if not processor.effect:
             self.context.cache.put(task.fingerprint, result)
             if processor.disk_cache and self.context.disk is not None:
                 refused = self.context.disk.put(self.lasting.key(place), result)
                 if refused:
-                    self.note(f"{task.path}: not kept on disk: {refused}", task.path)
+                    self.teller.note(f"{task.path}: not kept on disk: {refused}", task.path)
         self._emit(Event("finished", task.path, seconds=result.seconds, size=task.size, values=result.values))
         twins = self._twins.get(place, ())
         for twin in twins:
@@ -426,32 +425,12 @@ class Run:
 
     # -- telling ------------------------------------------------------------------------------------------------
 
-    def note(self, text: str, path: str = "") -> None:
-        """Say something once, in the report and as an event."""
-        if text not in self.report.notes:
-            self.report.notes.append(text)
-            self._emit(Event("note", path, text))
-
-    def announce(self, text: str) -> None:
-        """Say something to observers that is no remark on the results: the device that was chosen."""
-        self._emit(Event("note", "", text))
-
     def tell(self, event: Event, here: bool) -> None:
         """Deliver an event from either thread."""
         if here:
             self._emit(event)
         else:
             self.context.inbox.post(lambda: None if self._over else self._emit(event))
-
-    def _emit(self, event: Event) -> None:
-        if self._on_event is None:
-            return
-        try:
-            self._on_event(event)
-        except Exception as error:
-            text = f"the observer of this evaluation raised {type(error).__name__}: {error}"
-            if not any(note.startswith("the observer") for note in self.report.notes):
-                self.report.notes.append(text)
 
     def _show(self) -> None:
         """Collect what the sinks show; a sink without outputs shows what arrived at its inputs."""

@@ -13,9 +13,8 @@ from nodegraph.engine import Engine
 from nodegraph.errors import GraphError
 from nodegraph.flat import Flat, FlatNode
 from nodegraph.processor import Processor, bind
-from nodegraph.report import Report
+from nodegraph.report import Observer, Report
 from nodegraph.requests import default_sinks, sink_size
-from nodegraph.scheduler import Observer
 
 if TYPE_CHECKING:
     from pathlib import Path

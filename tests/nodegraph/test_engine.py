@@ -493,3 +493,28 @@ def test_two_threads_read_one_result_from_the_device(real):
     evaluation.join(5)
     other.join(5)
     assert found == [2.0, 2.0]
+
+
+@pytest.mark.parametrize("name", ["gl", "cl"])
+def test_budgets_hold_while_many_things_are_made(name):
+    """16 kB a field; cache and device share a budget here, since the devices of the tests use the host's memory."""
+    with Engine(name, cache_bytes=100_000, device_bytes=200_000, disk=False) as engine:
+        network = kernel_network()
+        network["seed"].edge = 16
+        devices = engine.devices
+        most = [0, 0]
+
+        def watch(event):
+            if event.kind == "finished" and devices.opened:
+                memory = devices.opened[0].memory
+                most[0] = max(most[0], memory.bytes)
+                most[1] = max(most[1], memory.budget.used)
+
+        for i in range(40):
+            network["one"].gain = float(i)
+            report = engine.evaluate(network, ["draw", "two"], size=(8, 8), on_event=watch)
+            assert report.ok, report.errors
+            assert report.values["two", "out"].data[0, 0, 0] == 3.0 * i
+            assert engine.cache.nbytes <= 100_000
+        assert devices.opened[0].is_host_memory
+        assert 0 < most[0] <= most[1] <= devices.opened[0].memory.budget.limit == 300_000

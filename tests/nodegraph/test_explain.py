@@ -4,9 +4,10 @@ import pytest
 
 from nodegraph import Float, Input, Output, Processor
 from nodegraph.data import Volume
+from nodegraph.disk_cache import DiskCache
 from nodegraph.engine import Engine
 from nodegraph.errors import CommandError
-from nodegraph.explain import explain, why
+from nodegraph.explain import explain, states, why
 from nodegraph.network import Network
 from tests.support.steps import Draw, Fail, Seed, diamond, ran
 
@@ -55,7 +56,10 @@ def test_a_plan_tells_order_size_who_asked_and_what_runs(engine):
 
 def test_why_names_the_parameter_and_the_node_where_the_change_began(engine):
     network = drawing()
-    assert why(engine, network, "sum", "draw") == "sum: runs: it has not run before in this engine"
+    text = why(engine, network, "sum", "draw")
+    assert text.splitlines()[0] == "sum: runs: it has not run before in this engine"
+    assert "volumes: left.out " in text
+    assert "by = 10.0" in why(engine, network, "left", "draw")
     engine.evaluate(network, "draw")
     assert "kept: nothing it depends on has changed" in why(engine, network, "sum", "draw")
     network["left"].by = 11.0
@@ -96,6 +100,45 @@ def test_why_tells_what_stands_in_the_way(engine):
         why(engine, network, "drew")
     network.mute("left")
     assert "muted" in why(engine, network, "left")
+
+
+def test_states_are_known_without_running(engine):
+    network = diamond()
+    network.add(Fail, "fail")
+    network.add(Draw, "draw")
+    network.connect("sum.out", "fail.volume")
+    network.connect("fail.out", "draw.volume")
+    before = states(engine, network, "draw")
+    assert set(before.values()) == {"dirty"}
+    assert not ran
+    engine.evaluate(network, "draw")
+    after = states(engine, network, "draw")
+    assert after["sum"] == "clean"
+    assert after["fail"] == "failed"
+    assert after["draw"] == "blocked"
+    network["left"].by = 3.0
+    after = states(engine, network, "draw")
+    assert (after["right"], after["left"], after["sum"], after["fail"]) == ("clean", "dirty", "dirty", "dirty")
+    assert "left: by 10.0 -> 3.0" in after["sum"].reason
+
+
+def test_a_result_on_disk_is_told(tmp_path):
+    network = Network()
+    network.add(Keeps, "keeps")
+    for expected in ("runs", "kept on disk"):
+        with Engine(disk=DiskCache(tmp_path)) as engine:
+            assert f"keeps: {expected}" in why(engine, network, "keeps")
+            engine.evaluate(network, "keeps")
+
+
+class Keeps(Processor):
+    """Worth keeping."""
+
+    disk_cache = True
+    out = Output(float, doc="A number.")
+
+    def process(self):
+        return 1.0
 
 
 def test_why_of_a_node_that_nobody_asks_for_says_so(engine):
