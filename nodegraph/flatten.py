@@ -6,6 +6,7 @@ A change of values rebuilds just the nodes that commands have marked: a drag in 
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -185,7 +186,7 @@ def _links_of(node: Node, path: str, known: Known) -> _Links:
     """Follow all wires into a plain node and say what is wrong with them."""
     cls = node.processor
     if cls is None:
-        return _Links({}, {}, node.trouble)
+        return _Links({}, {}, _at(path, node.trouble) if node.trouble is not None else None)
     sources: dict[str, tuple[Source, ...]] = dict.fromkeys(cls.inputs, ())
     wired: dict[str, Source] = {}
     problems: list[GraphError] = []
@@ -205,6 +206,13 @@ def _links_of(node: Node, path: str, known: Known) -> _Links:
             what = f"wire {'at least one ' if declared.many else 'a '}{port_type(declared.type).name} to it"
             problems.append(PortError(f"{path}.{name}: nothing is connected; {what}"))
     return _Links(sources, wired, problems[0] if problems else None)
+
+
+def _at(path: str, error: GraphError) -> GraphError:
+    """The same error with the node's path before its message."""
+    told = copy.copy(error)
+    told.args = (f"{path}: {error}",)
+    return told
 
 
 def _wires_into(node: Node) -> dict[str, list[Wire]]:

@@ -94,6 +94,7 @@ def _shared(known: list[type[Processor]]) -> dict[str, Any]:
         "group": {
             "description": "A node that holds a network, and what it shows of it.",
             "properties": {
+                "params": {"maxProperties": 0},
                 "nodes": {"$ref": "#/$defs/nodes"},
                 "variables": {"$ref": "#/$defs/variables"},
                 "expose": {

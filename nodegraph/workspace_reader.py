@@ -178,6 +178,8 @@ class _Reader:
         return node
 
     def group(self, node: Node, keys: dict[str, Any], at: str, depth: int) -> None:
+        if self.object(keys.get("params", {}), f"{at}/params"):
+            raise self.error(f"{at}/params", "a group has no values of its own; write them into the nodes inside")
         node.extra = following(keys, GROUP_KEYS)
         node.network = Network(owner=node)
         self.level(node.network, keys, at, depth + 1)

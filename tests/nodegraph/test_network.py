@@ -200,7 +200,8 @@ def test_unknown_processors_ports_and_nodes_block_with_the_reason() -> None:
         find=find,
     )
     nodes = net.flatten().nodes
-    assert nodes["a"].blocked.startswith("filter.gone: no such processor")
+    assert nodes["a"].blocked.startswith("a: filter.gone: no such processor")
+    assert isinstance(nodes["a"].problem, UnknownProcessor)
     assert nodes["a"].processor is None
     assert nodes["b"].blocked == "b.mask: no such input or parameter; disconnect it"
     assert nodes["b"].sources["volume"] == (("a", "out"),)

@@ -180,6 +180,11 @@ def test_values_of_every_kind_survive() -> None:
         ("[" * 100000 + "]" * 100000, None, "nested more than 200 levels deep"),
         ('{"nodegraph": 1, "ui": ' + "9" * 5000 + "}", "", "a number cannot be read"),
         (
+            '{"nodegraph": 1, "nodes": {"g": {"type": "group", "params": {"step": 1}}}}',
+            "/nodes/g/params",
+            "a group has no values of its own",
+        ),
+        (
             '{"nodegraph": 1, "nodes": {"g": {"type": "group", "expose": {"outputs": {"o": "a.b"}}}}}',
             "/nodes/g/expose/outputs/o",
             "'a.b' is no port inside the group",
@@ -230,7 +235,7 @@ def test_a_migration_that_fails_keeps_the_node_as_it_was(monkeypatch: pytest.Mon
 }
 """
     net = loads(text, find=find)
-    assert net.flatten().nodes["a"].blocked.startswith("blur: cannot bring parameters of version 1 up to 2")
+    assert net.flatten().nodes["a"].blocked.startswith("a: blur: cannot bring parameters of version 1 up to 2")
     assert dumps(net) == text
 
 
