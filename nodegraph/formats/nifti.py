@@ -51,7 +51,7 @@ def info(path: Path) -> dict[str, Any]:
         "type": header.dtype.name,
         "components": header.components * header.colours,
         "times": header.times,
-        "spacing": np.linalg.norm(header.index_to_world[:3, :3], axis=0).tolist(),
+        "spacing": raw.spacing_of(header.index_to_world),
         "index_to_world": header.index_to_world.tolist(),
         "orientation": header.orientation,
         "scale": header.mapping.scale,

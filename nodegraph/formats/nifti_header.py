@@ -139,6 +139,7 @@ def _mapping(fields: Any, colours: int, path: Path) -> Mapping:
     return Mapping(slope, inter)
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _place(fields: Any, dims: tuple[int, int, int], path: Path) -> tuple[Matrix, str]:
     """Index to LPS mm: the sform where there is one, else the qform, else the spacing alone (standard, method 1)."""
     pixdim = np.asarray(fields["pixdim"], np.float64)

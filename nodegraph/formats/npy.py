@@ -14,9 +14,11 @@ unpickled.
 
 from __future__ import annotations
 
+import contextlib
 import io
 import struct
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -71,9 +73,9 @@ def read_labels(path: Path, *, time: int = 0) -> Labels:
             rest = _rest(path, archive, _names(archive))
         ids, names = rest.get("label_ids"), rest.get("label_names")
         if ids is not None and names is not None:
-            if ids.dtype.kind not in "iu" or names.dtype.kind != "U" or ids.shape != names.shape or ids.ndim != 1:
+            if ids.dtype.kind not in "iu" or ids.shape != names.shape or ids.ndim != 1:
                 raise FormatError("expected as many ids as names", file=str(path), field="label_names")
-            named = {int(i): str(n) for i, n in zip(ids, names, strict=True)}
+            named = dict(zip(ids.tolist(), _texts(path, rest, "label_names"), strict=True))
             return Labels(labels.buffer, labels.index_to_world, named)
     return labels
 
@@ -106,7 +108,7 @@ def info(path: Path) -> dict[str, Any]:
         "type": stored.dtype.name,
         "components": shape[-1] if len(shape) > 3 else 1,
         "times": times,
-        "spacing": np.linalg.norm(matrix[:3, :3], axis=0).tolist(),
+        "spacing": raw.spacing_of(matrix),
         "index_to_world": matrix.tolist(),
     }
 
@@ -155,10 +157,8 @@ def _volume(path: Path, array: Array, rest: dict[str, Array], time: int) -> Volu
         )
     array = raw.usable(array, path, "dtype")
     matrix = _matrix(path, rest, array.shape[:3])
-    unit = rest.get("unit")
-    mapping = Mapping(
-        _number(path, rest, "scale", 1.0), _number(path, rest, "offset", 0.0), "" if unit is None else str(unit)
-    )
+    unit = _texts(path, rest, "unit")[0] if "unit" in rest else ""
+    mapping = Mapping(_number(path, rest, "scale", 1.0), _number(path, rest, "offset", 0.0), unit)
     return raw.make_volume(path, array, matrix, mapping)
 
 
@@ -202,6 +202,13 @@ def _number(path: Path, rest: dict[str, Array], name: str, default: float) -> fl
     return float(value.reshape(-1)[0])
 
 
+def _texts(path: Path, rest: dict[str, Array], name: str) -> list[str]:
+    try:
+        return [str(text) for text in rest[name].reshape(-1)] or [""]
+    except (SystemError, ValueError):  # damaged, so that no characters have these numbers
+        raise FormatError("expected text", file=str(path), field=name) from None
+
+
 def _stored(stream: Any, path: Path) -> Stored:
     """Parse the header of one array, having looked first how long it claims to be."""
     begin = stream.tell()
@@ -231,11 +238,14 @@ def _map(path: Path, stored: Stored) -> Array:
     return array.T if stored.fortran else array
 
 
-def _open(path: Path) -> zipfile.ZipFile:
+@contextlib.contextmanager
+def _open(path: Path) -> Iterator[zipfile.ZipFile]:
+    """An archive; what the library refuses while it is open is an error of the file."""
     try:
-        return zipfile.ZipFile(path)
-    except (zipfile.BadZipFile, ValueError, OverflowError, struct.error) as error:
-        raise FormatError(f"no .npz archive: {error}", file=str(path)) from None
+        with zipfile.ZipFile(path) as archive:
+            yield archive
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, ValueError, OverflowError, EOFError) as error:
+        raise FormatError(f"no readable .npz archive: {error}", file=str(path)) from None
 
 
 def _names(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
@@ -276,16 +286,13 @@ def _bulk(path: Path, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Array
         return _map(path, stored)
     if entry.compress_type != zipfile.ZIP_DEFLATED:
         raise FormatError("only deflated archives are read; write it with numpy.savez_compressed", file=str(path))
-    try:
-        with archive.open(entry) as stream:
-            stored = _stored(stream, path)
-            raw.check_packed(raw.count_bytes(stored.shape, stored.dtype), entry.compress_size, path, "shape")
-            shape = stored.shape[::-1] if stored.fortran else stored.shape
-            array = raw.allocate(shape, stored.dtype, path)
-            raw.unpack(stream, array, path)
-            raw.finish(stream, path)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
-        raise FormatError(f"the archive is damaged: {error}", file=str(path)) from None
+    with archive.open(entry) as stream:
+        stored = _stored(stream, path)
+        raw.check_packed(raw.count_bytes(stored.shape, stored.dtype), entry.compress_size, path, "shape")
+        shape = stored.shape[::-1] if stored.fortran else stored.shape
+        array = raw.allocate(shape, stored.dtype, path)
+        raw.unpack(stream, array, path)
+        raw.finish(stream, path)
     return array.T if stored.fortran else array
 
 

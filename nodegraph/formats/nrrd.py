@@ -57,7 +57,7 @@ def info(path: Path) -> dict[str, Any]:
         "type": header.dtype.name,
         "components": 1 if header.component is None else header.sizes[header.component],
         "times": 1 if header.time is None else header.sizes[header.time],
-        "spacing": np.linalg.norm(header.index_to_world[:3, :3], axis=0).tolist(),
+        "spacing": raw.spacing_of(header.index_to_world),
         "index_to_world": header.index_to_world.tolist(),
         "orientation": header.space or "spacing only",
         "unit": header.unit,

@@ -196,6 +196,7 @@ def _axes(
     return tuple(spatial), time, component
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _place(
     fields: Any, sizes: tuple[int, ...], spatial: tuple[int, ...], directions: list[Any] | None, path: Path
 ) -> Matrix:

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 from nodegraph.data.buffer import Array
 from nodegraph.errors import FormatError
 
-
 PNG_END = b"\0\0\0\0IEND\xaeB`\x82"
 
 

@@ -172,6 +172,12 @@ def to_labels(volume: Volume, path: str | Path) -> Labels:
         raise FormatError(str(error), file=str(path)) from None
 
 
+@np.errstate(over="ignore", invalid="ignore")
+def spacing_of(matrix: Array) -> list[float]:
+    """Spacing (x, y, z) of an index-to-world matrix, which may be damaged."""
+    return [float(length) for length in np.linalg.norm(matrix[:3, :3], axis=0)]
+
+
 def make_volume(path: str | Path, *arguments: Any) -> Volume:
     """A Volume of what was read; what it refuses is an error of the file."""
     try:
