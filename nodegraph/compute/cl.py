@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from nodegraph.compute import language
-from nodegraph.compute.device import BuildFailure, Device, Job, Owned
+from nodegraph.compute.device import Device
+from nodegraph.compute.dispatch import BuildFailure, Job, Owned
 from nodegraph.compute.language import Layout, Leaf, Matrix, Module, Storage
 from nodegraph.compute.memory import Budget, Entry
 from nodegraph.compute.storage import Placement

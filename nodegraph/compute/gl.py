@@ -19,7 +19,8 @@ import numpy as np
 
 from nodegraph.compute import gl_calls as gl
 from nodegraph.compute import language
-from nodegraph.compute.device import BuildFailure, Device, Job, Owned
+from nodegraph.compute.device import Device
+from nodegraph.compute.dispatch import BuildFailure, Job, Owned
 from nodegraph.compute.gl_calls import Calls
 from nodegraph.compute.language import Layout, Matrix, Module, Storage
 from nodegraph.compute.memory import Budget, Entry

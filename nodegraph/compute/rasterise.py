@@ -14,7 +14,8 @@ import numpy as np
 
 from nodegraph.compute import gl_calls as gl
 from nodegraph.compute.bindings import NAMED_OUTPUTS
-from nodegraph.compute.device import BuildFailure, Device, named_outputs
+from nodegraph.compute.device import Device, named_outputs
+from nodegraph.compute.dispatch import BuildFailure
 from nodegraph.compute.language import OutputDecl
 from nodegraph.compute.memory import Entry
 from nodegraph.data.buffer import Array, Buffer

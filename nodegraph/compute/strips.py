@@ -81,13 +81,13 @@ def run_in_strips(
 def _rounded(count: int, first: int, multiple: int) -> int:
     """Round a height so that strips start and end at multiples of ``multiple`` where that takes at most 48 ms."""
     to_boundary = multiple - first % multiple
-    if to_boundary < multiple:
-        return min(max(1, count), to_boundary)
-    if count * 8 >= multiple * 5:
+    if to_boundary == multiple and count * 8 >= multiple * 5:
         return max(multiple, count - count % multiple)
-    # Smaller than a tile: at least keep the 4 x 4 blocks of 64 x 64 tiles whole.
-    part = max(1, multiple // 16)
-    return max(part, count - count % part)
+    # Slivers of tiles cost several times as much for each row, and would then be taken for what the rows cost. So a
+    # quarter of a tile is the least up to about 100 ms; beyond that, what llvmpipe shades as one block: 4 rows.
+    part = max(1, multiple // 4 if count * 64 >= multiple * 5 else multiple // 16)
+    count = max(part, count - count % part)
+    return count if multiple == 1 else min(count, to_boundary)
 
 
 def boxes(first: int, count: int, height: int) -> list[tuple[int, int, int, int]]:
