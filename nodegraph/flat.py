@@ -70,8 +70,8 @@ class Flat:
             error that says why there is none. Outputs of plain nodes stand for themselves and are not listed.
         muted: full paths of muted nodes and groups.
         revision: the network's revision that this is a picture of.
-        structure: changes only when nodes, wires, groups or muting change, not with values. Nodes and their sources
-            are the same for equal numbers.
+        structure: changes only when nodes, wires, groups or muting change, or when a value blocks a node or frees it.
+            Nodes, their sources and what is blocked are the same for equal numbers.
     """
 
     nodes: Mapping[str, FlatNode]
