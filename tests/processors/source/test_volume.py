@@ -1,10 +1,12 @@
 """Reading volumes through the processor, and the volumes that come with the repository."""
 
+import importlib.util
 import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from nodegraph import formats
 from nodegraph.data import Image, Labels, Mapping, Volume
@@ -60,6 +62,24 @@ def test_the_heart_is_left_and_in_front():
     world = transform_points(heart.index_to_world, [x.mean(), y.mean(), z.mean()])
     assert world[0] > heart.centre[0] + 10
     assert world[1] < heart.centre[1] - 10
+
+
+def test_the_chest_was_reduced_as_its_note_says(rng):
+    """What is denser than -500 HU keeps its value within 1, air that touches it within 8; the rest is flat."""
+    spec = importlib.util.spec_from_file_location("make_cta_chest", ROOT / "data" / "make_cta_chest.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    original = np.where(rng.random((12, 12, 12)) < 0.01, 100, -900) + rng.integers(-40, 40, (12, 12, 12))
+    reduced = script.reduce(original).astype(int)
+    dense = original >= -500
+    beside = ndimage.maximum_filter(dense, 3) & ~dense
+    assert np.abs(reduced - original)[dense].max() <= 1
+    assert np.abs(reduced - original)[beside].max() <= 8
+    far = ~dense & ~beside
+    assert dense.any()
+    assert beside.any()
+    assert far.any()
+    assert (reduced[far] == -1000).all()
 
 
 @pytest.fixture
