@@ -87,7 +87,12 @@ class Placement:
                 wide = np.longdouble if part.dtype.itemsize == 8 and part.dtype.kind in "iu" else np.float64
                 np.subtract(part, wide(self.shift), out=target, casting="unsafe", dtype=wide)
             elif self.shift != 0.0 or self.factor != 1:
-                np.multiply(part.astype(np.int32) - int(self.shift), self.factor, out=target, casting="unsafe")
+                native = part.astype(part.dtype.newbyteorder("="), copy=False)
+                unsigned = native.view(f"u{part.dtype.itemsize}")
+                if self.shift != 0.0:
+                    # Taking 2^(n-1) off a signed number is turning over its highest bit.
+                    unsigned = unsigned ^ unsigned.dtype.type(1 << (8 * part.dtype.itemsize - 1))
+                np.multiply(unsigned, target.dtype.type(self.factor), out=target, dtype=target.dtype)
             else:
                 target[...] = part
         return out
