@@ -1,4 +1,4 @@
-"""The page of the kernel language says the truth: its example runs, its lists are complete, its refusals are refused."""
+"""The page of the kernel language is true: its example runs, its lists are complete, its refusals are refused."""
 
 from __future__ import annotations
 
