@@ -56,7 +56,7 @@ def workspaces() -> Path:
 
 def data() -> Path:
     """Data that the shipped workspaces read."""
-    return home() / "data"
+    return workspaces() / "data"
 
 
 def built_in() -> PluginFolder:

@@ -46,7 +46,7 @@ class Volume(Processor):
         from nodegraph import formats
 
         if not path:
-            raise ParameterError("path: no file is chosen; name one, for example data/cta_chest.nii.gz")
+            raise ParameterError("path: no file is chosen; name one, for example workspaces/data/cta_chest.nii.gz")
         options = {} if fourth_axis == "auto" else {"fourth_axis": fourth_axis}
         if time:
             options["time"] = time

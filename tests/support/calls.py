@@ -16,5 +16,6 @@ def call(id: str, device: Any = None, size: tuple[int, int] | None = None, **val
     assert not unknown, f"{id} declares no {unknown}"
     arguments |= values
     services = {"size": size, "device": device, "wanted": frozenset(cls.outputs), "quality": "final"}
+    services["progress"] = lambda fraction, text="": None
     arguments |= {name: value for name, value in services.items() if name in cls.services}
     return cls().process(**arguments)

@@ -28,13 +28,13 @@ SHIPPED = {
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_volumes(name):
     dims, dtype, spacing, values = SHIPPED[name]
-    volume = call("source.volume", path=str(ROOT / "data" / name))
+    volume = call("source.volume", path=str(ROOT / "workspaces" / "data" / name))
     assert (volume.dims, volume.dtype.name, volume.range) == (dims, dtype, values)
     assert np.allclose(volume.spacing, spacing, rtol=1e-12)
 
 
 def test_what_ships_is_small_and_has_terms():
-    folder = ROOT / "data"
+    folder = ROOT / "workspaces" / "data"
     files = [path for path in folder.iterdir() if path.is_file()]
     assert sum(path.stat().st_size for path in files) < 12e6
     terms, table = (folder / "LICENSES.md").read_text(), (folder / "README.md").read_text()
@@ -47,8 +47,8 @@ def test_what_ships_is_small_and_has_terms():
 
 def test_the_heart_lies_in_the_chest():
     """The label's voxels hold blood with contrast agent and muscle: well above water, below bone."""
-    chest = formats.read(ROOT / "data" / "cta_chest.nii.gz")
-    heart = formats.read_labels(ROOT / "data" / "cta_chest_heart.nii.gz")
+    chest = formats.read(ROOT / "workspaces" / "data" / "cta_chest.nii.gz")
+    heart = formats.read_labels(ROOT / "workspaces" / "data" / "cta_chest_heart.nii.gz")
     assert np.array_equal(chest.index_to_world, heart.index_to_world)
     values = chest.data[heart.data > 0]
     assert 50 < np.median(values) < 500
@@ -57,7 +57,7 @@ def test_the_heart_lies_in_the_chest():
 
 def test_the_heart_is_left_and_in_front():
     """LPS: x to the patient's left, y to the back."""
-    heart = formats.read_labels(ROOT / "data" / "cta_chest_heart.nii.gz")
+    heart = formats.read_labels(ROOT / "workspaces" / "data" / "cta_chest_heart.nii.gz")
     z, y, x = np.nonzero(heart.data)
     world = transform_points(heart.index_to_world, [x.mean(), y.mean(), z.mean()])
     assert world[0] > heart.centre[0] + 10
@@ -66,7 +66,7 @@ def test_the_heart_is_left_and_in_front():
 
 def test_the_chest_was_reduced_as_its_note_says(rng):
     """What is denser than -500 HU keeps its value within 1, air that touches it within 8; the rest is flat."""
-    spec = importlib.util.spec_from_file_location("make_cta_chest", ROOT / "data" / "make_cta_chest.py")
+    spec = importlib.util.spec_from_file_location("make_cta_chest", ROOT / "workspaces" / "data" / "make_cta_chest.py")
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     original = np.where(rng.random((12, 12, 12)) < 0.01, 100, -900) + rng.integers(-40, 40, (12, 12, 12))
