@@ -410,6 +410,41 @@ def test_a_failure_keeps_none_of_its_inputs_alive(evaluate):
     assert [ref() for ref in held] == [None]
 
 
+class Exits(Processor):
+    """Tries to end the program."""
+
+    out = Output(float, doc="Never there.")
+
+    def process(self):
+        raise SystemExit(3)
+
+
+def test_a_processor_that_exits_is_a_failed_node(evaluate):
+    network = Network()
+    network.add(Exits, "exits")
+    assert evaluate(network, ["exits"]).states["exits"] == "failed"
+
+
+class WritesInput(Processor):
+    """Changes what it was given."""
+
+    volume = Input(Volume, doc="A field.")
+    out = Output(Volume, doc="The same.")
+
+    def process(self, volume):
+        volume.data[:] = 0
+        return volume
+
+
+def test_inputs_cannot_be_changed(evaluate):
+    network = chain(0)
+    network.add(WritesInput, "writes")
+    network.connect("seed.out", "writes.volume")
+    report = evaluate(network, ["writes", "seed"])
+    assert "read-only" in str(report.errors["writes"])
+    assert value_of(report, "seed") == 1.0
+
+
 def test_an_unwired_or_unknown_node_is_blocked_with_the_cure(evaluate):
     network = Network()
     network.add(Shift, "alone")
