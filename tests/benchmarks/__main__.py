@@ -30,9 +30,9 @@ def main(names: Sequence[str]) -> int:
         module = importlib.import_module(f"tests.benchmarks.bench_{name}")
         title = (module.__doc__ or name).split("\n", 1)[0].rstrip(".")
         print(f"\n{title}", flush=True)
-        rows = tables[title] = []
-        for row in module.measure():
-            rows.append(row)
+        measured = tables[title] = []
+        for row in module.rows():
+            measured.append(row)
             print(_line(row), flush=True)
     if not names:
         write(tables)

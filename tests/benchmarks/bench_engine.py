@@ -10,12 +10,13 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from nodegraph import Float, Input, Output, Processor
 from nodegraph.engine import Engine
 from nodegraph.network import Network
 from nodegraph.plan import Planner
+from tests.benchmarks.measure import Row
 
 REPEATS = 31
 
@@ -79,6 +80,15 @@ def measure(count: int, reach: int) -> dict[str, float]:
         engine.evaluate(network, sink)
         found["run all nodes, doing nothing"] = (time.perf_counter() - start) * 1e3
     return found
+
+
+def rows() -> Iterator[Row]:
+    """The figures that have limits, of 500 nodes, for `make bench`."""
+    for shape, found in {"chain": measure(500, 1), "ladder": measure(500, 2)}.items():
+        replan = found["plan, first node changed"]
+        yield Row(f"plan of 500 nodes after one change, {shape}", replan, "ms", 5.0, "the first node, above all others")
+        again = found["run again, every node a view"] / 500 * 1e3
+        yield Row(f"fully cached re-run, {shape}", again, "us", 20.0, "a node; every one of 500 is a view")
 
 
 def main() -> None:

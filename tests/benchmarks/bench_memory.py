@@ -31,7 +31,7 @@ print(json.dumps(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.
 """
 
 
-def measure() -> Iterator[Row]:
+def rows() -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         small = {dtype: _workspace(folder, 8, dtype, suffix) for dtype, suffix in FILES}

@@ -21,7 +21,7 @@ TERMINATION = 254.0 / 255.0
 LIMIT = 1.10
 
 
-def measure() -> Iterator[Row]:
+def rows() -> Iterator[Row]:
     content = scene()
     devices = Devices()
     try:

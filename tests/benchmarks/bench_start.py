@@ -56,7 +56,7 @@ print(json.dumps(parts))
 """
 
 
-def measure() -> Iterator[Row]:
+def rows() -> Iterator[Row]:
     seconds = statistics.median(child(IMPORT) for _ in range(11))
     yield Row("import nodegraph, after numpy", seconds * 1000, "ms", 60.0, "median of 11 fresh interpreters")
     for name in ("gl", "cl"):
