@@ -58,6 +58,8 @@ def execute(run: Run, place: int, arguments: dict[str, Any], device: Any) -> Res
     else:
         values = processor.pack(returned, task.wanted, task.path)
     seconds = time.perf_counter() - started
+    if "device" in services:
+        run.report.device_seconds[task.path] = services["device"].seconds
     run.check()
     own(values, task.fingerprint)
     return Result(values, seconds, tuple(notes), tuple(memos))

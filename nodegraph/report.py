@@ -56,6 +56,7 @@ class Report:
     errors: why nodes failed or could not start; those below them are merely blocked.
     timings: seconds, bytes: of distinct memory, for every node that ran, memos as ``shadow/propagate``.
     ran, cached: paths in the order in which they ran, or were found to be kept. memos: by node, what it asked for.
+    device_seconds: by node, the part of its seconds that its kernels took.
     """
 
     values: dict[tuple[str, str], Any] = field(default_factory=dict)
@@ -68,6 +69,7 @@ class Report:
     ran: list[str] = field(default_factory=list)
     cached: list[str] = field(default_factory=list)
     memos: dict[str, list[str]] = field(default_factory=dict)
+    device_seconds: dict[str, float] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:

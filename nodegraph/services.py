@@ -44,7 +44,7 @@ class Progress:
 class DeviceService:
     """The service ``device``: runs the kernels that the processor declares, nothing else.
 
-    Strips check for cancel and report progress. ``dispatches`` and ``seconds`` count what was run.
+    Strips check for cancel and report progress. ``seconds`` counts what its kernels took.
     """
 
     def __init__(
@@ -55,7 +55,6 @@ class DeviceService:
         self._path = path
         self._check = check
         self._progress = progress
-        self.dispatches = 0
         self.seconds = 0.0
 
     @property
@@ -102,7 +101,6 @@ class DeviceService:
                 source, size, defines=defines, check=self._check, progress=self._progress, **bindings
             )
         finally:
-            self.dispatches += 1
             self.seconds += time.perf_counter() - started
 
     def memo_key(self) -> bytes:

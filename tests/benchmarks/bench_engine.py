@@ -1,13 +1,10 @@
-"""What the engine itself costs: planning again after one change, and running again when everything is kept.
-
-    python tests/benchmarks/bench_engine.py [--nodes 500]
+"""The engine alone: planning again after one change, running again when everything is kept.
 
 The two shapes are the hard ones: in a chain every node stands below the first, in a ladder every node has two readers.
 """
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import time
 from collections.abc import Callable, Iterator
@@ -18,6 +15,7 @@ from nodegraph.network import Network
 from nodegraph.plan import Planner
 from tests.benchmarks.measure import Row
 
+NODES = 500
 REPEATS = 31
 
 
@@ -53,55 +51,35 @@ def median_ms(act: Callable[[], object], prepare: Callable[[int], None] = lambda
     return statistics.median(taken) * 1e3
 
 
-def measure(count: int, reach: int) -> dict[str, float]:
-    """Times of one network, ms."""
-    network = network_of(count, reach)
-    sink = f"n{count - 1}"
-    planner = Planner()
-
-    def plan() -> object:
-        return planner.plan(network.flatten(), [sink])
-
-    def change(node: str) -> Callable[[int], None]:
-        return lambda i: setattr(network[node], "own", 2.0 + i)
-
-    found = {"first plan": median_ms(lambda: Planner().plan(network.flatten(), [sink]))}
-    found["plan, nothing changed"] = median_ms(plan)
-    found["plan, first node changed"] = median_ms(plan, change("n0"))
-    found["plan, last node changed"] = median_ms(plan, change(sink))
-    with Engine(disk=False) as engine:
-        engine.evaluate(network, sink)
-        found["run again, one view"] = median_ms(lambda: engine.evaluate(network, sink))
-        every = [f"n{i}" for i in range(count)]
-        engine.evaluate(network, every)
-        found["run again, every node a view"] = median_ms(lambda: engine.evaluate(network, every))
-        start = time.perf_counter()
-        network["n0"].own = 0.5
-        engine.evaluate(network, sink)
-        found["run all nodes, doing nothing"] = (time.perf_counter() - start) * 1e3
-    return found
-
-
 def rows() -> Iterator[Row]:
-    """The figures that have limits, of 500 nodes, for `make bench`."""
-    for shape, found in {"chain": measure(500, 1), "ladder": measure(500, 2)}.items():
-        replan = found["plan, first node changed"]
-        yield Row(f"plan of 500 nodes after one change, {shape}", replan, "ms", 5.0, "the first node, above all others")
-        again = found["run again, every node a view"] / 500 * 1e3
-        yield Row(f"fully cached re-run, {shape}", again, "us", 20.0, "a node; every one of 500 is a view")
+    """The figures, as `tests.benchmarks` prints them."""
+    for shape, reach in (("chain", 1), ("ladder", 2)):
+        network = network_of(NODES, reach)
+        sink = f"n{NODES - 1}"
+        every = [f"n{i}" for i in range(NODES)]
+        planner = Planner()
 
+        def plan(network: Network = network, planner: Planner = planner, sink: str = sink) -> object:
+            return planner.plan(network.flatten(), [sink])
 
-def main() -> None:
-    """Print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--nodes", type=int, default=500)
-    count = parser.parse_args().nodes
-    print(f"{count} nodes; median of {REPEATS}{'chain':>34}{'ladder':>12}")
-    chain, ladder = measure(count, 1), measure(count, 2)
-    for name in chain:
-        each = [f"{found[name]:8.2f} ms" for found in (chain, ladder)]
-        print(f"{name:<46}{each[0]:>12}{each[1]:>12}   {chain[name] / count * 1e3:6.2f} us a node")
+        def change(i: int, network: Network = network) -> None:
+            network["n0"].own = 2.0 + i
 
+        what = f"{NODES} nodes, {shape}"
+        yield Row(f"{what}: plan again, first node changed", median_ms(plan, change), "ms", 5.0, "flatten and plan")
+        yield Row(f"{what}: plan again, nothing changed", median_ms(plan), "ms")
+        with Engine(disk=False) as engine:
+            engine.evaluate(network, every)
 
-if __name__ == "__main__":
-    main()
+            def again(engine: Engine = engine, network: Network = network, every: list[str] = every) -> object:
+                return engine.evaluate(network, every)
+
+            each = median_ms(again) / NODES * 1e3
+            yield Row(
+                f"{what}: run again, all kept, all shown", each, "us", 20.0, "per node, flatten and plan included"
+            )
+            change(0)
+            start = time.perf_counter()
+            engine.evaluate(network, sink)
+            cost = (time.perf_counter() - start) / NODES * 1e6
+            yield Row(f"{what}: run all, each adding two numbers", cost, "us", None, "per node, on workers")

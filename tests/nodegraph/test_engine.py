@@ -294,6 +294,7 @@ def test_the_device_is_announced_once_and_kernels_run_on_the_engines_thread():
                 network, "paint", size=(4, 2), on_event=lambda e: notes.append(e.text) if e.kind == "note" else None
             )
             assert report.values["paint", "image"].color[1, 3, 0] == value
+            assert 0.008 <= report.device_seconds["paint"] <= report.timings["paint"]
         assert device.threads == {engine._thread.ident}
         assert engine.device_in_use == {"name": "gl", "description": "pretended", "reason": "it is the first"}
     assert notes == ["device it is the first"]
