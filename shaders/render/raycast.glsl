@@ -41,6 +41,9 @@ uniform mat3 to_eye;                // takes gradients (of index space, or of wo
 #endif
 #if TERMINATION
 uniform float termination;
+#define ENOUGH termination
+#else
+#define ENOUGH 2.0
 #endif
 #if MODE == 0
 uniform float depth_opacity;        // depth is where this much is hidden
@@ -132,7 +135,7 @@ Result pixel(ivec2 at) {
 #if MODE == 0
     vec3 color = vec3(0.0);
     float hidden = 0.0;
-    for (int k = first; k < last; ++k) {
+    for (int k = first; k < last && hidden < ENOUGH; ++k) {
         float t = (float(k) + 0.5) * step_length;
         float value = sample3(volume, point_at(ray, t));
         vec4 matter = classify(table, lookup, value);
@@ -147,11 +150,6 @@ Result pixel(ivec2 at) {
                 result.depth = (start + clamp(reach, 0.0, length)) * ray.cosine;
             }
             hidden += share;
-#if TERMINATION
-            if (hidden >= termination) {
-                break;
-            }
-#endif
         }
     }
     result.color = vec4(color, hidden);
