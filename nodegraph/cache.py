@@ -7,7 +7,7 @@ the whole array that it keeps alive. All methods may be called from any thread.
 from __future__ import annotations
 
 import threading
-from collections import Counter, OrderedDict
+from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -61,7 +61,7 @@ class ResultCache:
         self._lock = threading.RLock()
         self._entries: OrderedDict[bytes, _Entry] = OrderedDict()
         self._failures: OrderedDict[bytes, Exception] = OrderedDict()
-        self._pins: Counter[bytes] = Counter()
+        self._pins: dict[bytes, int] = {}
         # Distinct memory: identity of its owner -> (how many entries hold it, bytes, the owner itself).
         self._blocks: dict[int, tuple[int, int, Any]] = {}
         self._bytes = 0
@@ -133,13 +133,13 @@ class ResultCache:
     def pin(self, key: bytes) -> None:
         """Keep a key from eviction, also when it is put later, until it is unpinned as often."""
         with self._lock:
-            self._pins[key] += 1
+            self._pins[key] = self._pins.get(key, 0) + 1
 
     def unpin(self, key: bytes) -> None:
         """Undo one `pin`; the budget holds again."""
         with self._lock:
             self._pins[key] -= 1
-            if self._pins[key] <= 0:
+            if not self._pins[key]:
                 del self._pins[key]
                 self.trim()
 

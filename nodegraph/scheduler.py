@@ -146,8 +146,6 @@ class Run:
             if not needed[place]:
                 continue
             task = tasks[place]
-            self._pins[place] = task.fingerprint
-            cache.pin(task.fingerprint)
             kept = self._kept(task, place)
             if kept is not None:
                 self._results[place] = kept
@@ -187,6 +185,11 @@ class Run:
         """Count, for every task that runs, what it waits for and who reads it; settle what cannot run."""
         for place in shown:
             self._readers[place] = 1
+        if todo:
+            # Letting go of what this run holds anyway would free nothing and lose it for the next one.
+            self._pins = {place: self.plan.tasks[place].fingerprint for place in (*self._results, *todo)}
+            for key in self._pins.values():
+                self.context.cache.pin(key)
         running = set(todo)
         first: dict[bytes, int] = {}
         for place in todo:
