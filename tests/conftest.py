@@ -15,9 +15,8 @@ import numpy as np
 import pytest
 
 if TYPE_CHECKING:
-    from nodegraph.engine import Engine
-
     from nodegraph.compute import Devices
+    from nodegraph.engine import Engine
 
 ROOT = Path(__file__).resolve().parent.parent
 DEVICE_NAMES = ("gl", "cl", "cl64")

@@ -6,6 +6,7 @@ to be looked at before they are committed.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -78,7 +79,7 @@ def test_halving_the_step_converges_on_first_light():
     for step in (0.5, 0.25, 0.125, 0.0625):
         net["raycast"].step = step
         images.append(net.run("raycast", size=(96, 96)).color)
-    changes = [float(np.abs(a - b).mean()) for a, b in zip(images, images[1:], strict=False)]
+    changes = [float(np.abs(a - b).mean()) for a, b in pairwise(images)]
     assert changes[0] <= 1 / 255
     assert changes[1] <= 0.6 * changes[0]
     assert changes[2] <= 0.6 * changes[1]
