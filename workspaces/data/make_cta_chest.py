@@ -1,6 +1,6 @@
-"""How workspaces/data/cta_chest.nii.gz was made from the original of 10.5 MB, with SciPy.
+"""How cta_chest.nii.gz was made from the original of 10.5 MB.
 
-    python workspaces/data/make_cta_chest.py ORIGINAL
+Needs SciPy; run: python workspaces/data/make_cta_chest.py ORIGINAL
 
 The grid, its place and its type are those of the original. Numbers change like this:
 

@@ -242,7 +242,7 @@ class Printer(ABC):
         self.emit(stmt.line, f"{self.assignment(stmt)};")
 
     def print_if(self, stmt: s.If) -> None:
-        self.emit(stmt.line, f"if ({self.expr(stmt.condition)}) {{")
+        self.emit(stmt.line, f"if ({bare(self.expr(stmt.condition))}) {{")
         self.inner(stmt.yes)
         if stmt.no is not None:
             self.emit(0, "} else {")
@@ -254,7 +254,7 @@ class Printer(ABC):
         self.depth += 1
         for part in stmt.start:
             self.statement(part)
-        condition = "" if stmt.condition is None else self.expr(stmt.condition)
+        condition = "" if stmt.condition is None else bare(self.expr(stmt.condition))
         step = ", ".join(self.assignment(part) for part in stmt.step if isinstance(part, s.Assign))
         self.emit(stmt.line, f"for (; {condition}; {step}) {{")
         self.inner(stmt.body)
@@ -263,14 +263,14 @@ class Printer(ABC):
         self.emit(0, "}")
 
     def print_while(self, stmt: s.While) -> None:
-        self.emit(stmt.line, f"while ({self.expr(stmt.condition)}) {{")
+        self.emit(stmt.line, f"while ({bare(self.expr(stmt.condition))}) {{")
         self.inner(stmt.body)
         self.emit(0, "}")
 
     def print_dowhile(self, stmt: s.DoWhile) -> None:
         self.emit(stmt.line, "do {")
         self.inner(stmt.body)
-        self.emit(stmt.condition.line, f"}} while ({self.expr(stmt.condition)});")
+        self.emit(stmt.condition.line, f"}} while ({bare(self.expr(stmt.condition))});")
 
     def print_jump(self, stmt: s.Jump) -> None:
         self.emit(stmt.line, f"{stmt.word};")
@@ -302,6 +302,18 @@ class Printer(ABC):
 def _symbol(parameter: s.Parameter) -> s.Symbol:
     assert parameter.symbol is not None
     return parameter.symbol
+
+
+def bare(text: str) -> str:
+    """Return an expression without parentheses around the whole of it: compilers warn of ``if ((a == b))``."""
+    if not (text.startswith("(") and text.endswith(")")):
+        return text
+    open = 0
+    for i, letter in enumerate(text):
+        open += (letter == "(") - (letter == ")")
+        if open == 0 and i < len(text) - 1:
+            return text
+    return text[1:-1]
 
 
 def divides_plainly(divisor: s.Expr) -> bool:
