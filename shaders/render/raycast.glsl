@@ -123,7 +123,8 @@ Result pixel(ivec2 at) {
     result.depth = nothing();
     vec2 range = vec2(0.0, FAR);
 #if INTERVAL
-    range = max(fetch2(interval, at).xy, 0.0);
+    // Widened by the rounding of single precision, so that a proxy that fills the volume ends where the volume does.
+    range = max(fetch2(interval, at).xy, 0.0) * vec2(1.0 - 1.0e-6, 1.0 + 1.0e-6);
 #endif
     range = intersect_box(ray.origin, ray.direction, vec3(-0.5), vec3(size3(volume)) - 0.5, range);
     if (!(range.y > range.x)) {
