@@ -130,7 +130,18 @@ class _GlslPrinter(Printer):
         self.inner(stmt.yes)
         self.emit(0, "}")
 
-    #: How many branches were printed as loops.
+    def print_dowhile(self, stmt: s.DoWhile) -> None:
+        """Print the test at the end as the step of a for loop, which ``continue`` reaches too.
+
+        Inside another loop llvmpipe (Mesa 22.3) goes on with pixels that have left a do loop: their values are wrong.
+        """
+        again = f"ng_again{self.branches}"
+        self.branches += 1
+        self.emit(stmt.line, f"for (bool {again} = true; {again}; {again} = {self.expr(stmt.condition)}) {{")
+        self.inner(stmt.body)
+        self.emit(0, "}")
+
+    #: How many names the two above have made.
     branches = 0
 
     def reads_fields(self, node: object) -> bool:
@@ -304,7 +315,6 @@ class _GlslPrinter(Printer):
         return f"{name}({args[0]})"
 
     def builtin_expm1(self, call: s.Call, args: list[str]) -> str:
-        self.helper("ng_isnan", prelude.ISNAN)
         return f"{self.helper('ng_expm1', prelude.EXPM1)}({args[0]})"
 
     def builtin_log1p(self, call: s.Call, args: list[str]) -> str:
