@@ -28,6 +28,7 @@ from nodegraph.errors import DeviceError, DeviceMissing
 
 PACKAGES = "apt install pocl-opencl-icd, or pip install pocl-binary-distribution"
 LINKER = "PoCL needs the program ld to build kernels; get it with apt install binutils"
+EMPTY_LIBRARIES = Path(__file__).with_name("empty_libraries")
 GROUP = 64
 """Work items of a group, along x. One fixed shape: PoCL compiles a kernel anew for every shape of group."""
 
@@ -263,6 +264,7 @@ def aligned_empty(nbytes: int) -> Array:
 
 def import_pyopencl() -> Any:
     """Import pyopencl, or raise DeviceMissing with what to install."""
+    _offer_empty_libraries()
     try:
         import pyopencl
     except ImportError as error:
@@ -270,6 +272,17 @@ def import_pyopencl() -> Any:
             f"cl: pyopencl cannot be imported ({error}); install it with pip install pyopencl"
         ) from None
     return pyopencl
+
+
+def _offer_empty_libraries() -> None:
+    """Let PoCL link its kernels where no C compiler is installed.
+
+    PoCL links every kernel with libgcc, libm and libc, and ends the whole process where it finds none. A kernel needs
+    nothing of them that is not loaded already, so empty ones will do. LIBRARY_PATH comes last: real ones are found before.
+    """
+    before = os.environ.get("LIBRARY_PATH", "")
+    if str(EMPTY_LIBRARIES) not in before.split(os.pathsep):
+        os.environ["LIBRARY_PATH"] = os.pathsep.join(filter(None, (before, str(EMPTY_LIBRARIES))))
 
 
 def drivers() -> list[Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -101,6 +103,48 @@ def test_a_device_without_double_is_no_cl64(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(cl_module, "lacks_linker", lambda device: False)
     with pytest.raises(DeviceMissing, match=r"^cl64: no OpenCL driver here computes in double"):
         cl_module.best_driver("double")
+
+
+LINKER = """#!/bin/sh
+# ld as a machine without a C compiler has it: it looks in none of the system's folders.
+for word; do
+    shift
+    case $word in -L/usr/* | -L/lib/*) ;; *) set -- "$@" "$word" ;; esac
+done
+exec {ld} -nostdlib "$@"
+"""
+
+RUN_ONE = """
+import numpy as np
+from nodegraph.compute.cl import CLDevice
+from nodegraph.data import Volume
+from nodegraph.shaders import Source
+
+one = Source.of("field3 v; float voxel(ivec3 at) { return 1.0 + fetch3(v, at); }", "tests/one.glsl")
+print(CLDevice("float").run(one, (5, 4, 3), v=Volume(np.zeros((3, 4, 5), np.float32))).array.sum())
+"""
+
+
+def test_opencl_needs_no_c_compiler(tmp_path: Path) -> None:
+    linker = tmp_path / "ld"
+    linker.write_text(LINKER.format(ld=shutil.which("ld")))
+    linker.chmod(0o755)
+    environment = {name: value for name, value in os.environ.items() if name != "LIBRARY_PATH"} | {
+        "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}",
+        "POCL_CACHE_DIR": str(tmp_path / "kernels"),  # nothing is linked that was linked before
+    }
+    done = subprocess.run([sys.executable, "-c", RUN_ONE], env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "60.0\n"), done.stderr
+
+
+def test_the_folder_of_empty_libraries_is_searched_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LIBRARY_PATH", "/opt/own")
+    for _twice in range(2):
+        cl_module.import_pyopencl()
+        assert os.environ["LIBRARY_PATH"] == f"/opt/own{os.pathsep}{cl_module.EMPTY_LIBRARIES}"
+    monkeypatch.delenv("LIBRARY_PATH")
+    cl_module.import_pyopencl()
+    assert os.environ["LIBRARY_PATH"] == str(cl_module.EMPTY_LIBRARIES)
 
 
 def test_unknown_names_are_refused_with_the_near_miss(devices: Devices) -> None:
