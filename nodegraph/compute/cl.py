@@ -278,7 +278,7 @@ def _offer_empty_libraries() -> None:
     """Let PoCL link its kernels where no C compiler is installed.
 
     PoCL links every kernel with libgcc, libm and libc, and ends the whole process where it finds none. A kernel needs
-    nothing of them that is not loaded already, so empty ones will do. LIBRARY_PATH comes last: real ones are found before.
+    nothing of them that is not loaded already: empty ones will do. LIBRARY_PATH comes last, so real ones win.
     """
     before = os.environ.get("LIBRARY_PATH", "")
     if str(EMPTY_LIBRARIES) not in before.split(os.pathsep):
