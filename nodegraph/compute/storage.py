@@ -122,6 +122,8 @@ def choose(
         raise ParameterError(f"{where}: expected integers or reals, got {buffer.dtype}")
 
     element, shift, factor, unorm = _element(buffer, kind, api)
+    if element == "f4" and buffer.dtype.kind == "f" and buffer.dtype.itemsize > 4 and kind.startswith("field3"):
+        _require_single(buffer, shift, where)
     scale, offset = mapping
     storage = Storage(
         element,
@@ -205,6 +207,17 @@ def _centre(buffer: Buffer) -> float:
         return 0.0 if max(abs(low), abs(high)) <= 2**24 else float(np.floor(middle))
     # Below this, float32 about 0 is as good: no accuracy is gained by moving the data.
     return 0.0 if abs(middle) <= spread else float(middle)
+
+
+def _require_single(buffer: Buffer, shift: float, where: str) -> None:
+    """Raise ParameterError when single precision would make all values infinite, or all of them 0."""
+    largest = max(abs(value - shift) for value in _finite_range(buffer))
+    limits = np.finfo(np.float32)
+    if largest > float(limits.max) or 0.0 < largest < float(limits.tiny):
+        raise ParameterError(
+            f"{where}: values as {'great' if largest > 1.0 else 'small'} as {largest:g} do not fit into single "
+            f"precision; rescale the volume, or use --device cl64"
+        )
 
 
 def _loss(buffer: Buffer, element: str, shift: float) -> str:

@@ -86,11 +86,12 @@ class Camera(Value):
         matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = right, up, -forward, self.eye
         return matrix
 
-    def rays(self, size: tuple[int, int], world_to_space: Matrix | None = None) -> dict[str, Any]:
+    def rays(self, size: tuple[int, int], world_to_space: Matrix | None = None, start: float = 0.0) -> dict[str, Any]:
         """What a kernel's ``uniform Camera camera`` needs to cast rays in a space, for example index space.
 
         Distances along rays stay in world mm: directions are unit vectors of world space taken to that space.
-        The eye is transformed here in double precision, so a far-away world origin costs no digits.
+        The eye is transformed here in double precision, so a far-away world origin costs no digits; with ``start``
+        mm from the eye as the origin of rays, neither does an eye that is far from what it looks at.
         """
         matrix = np.eye(4) if world_to_space is None else np.asarray(world_to_space)
         linear = matrix[:3, :3]
@@ -98,6 +99,8 @@ class Camera(Value):
         half = self.height / 2 if self.orthographic else math.tan(math.radians(self.field_of_view) / 2)
         return {
             "eye": linear @ np.asarray(self.eye) + matrix[:3, 3],
+            "base": linear @ (np.asarray(self.eye) + start * forward) + matrix[:3, 3],
+            "start": start,
             "right": linear @ right,
             "up": linear @ up,
             "forward": linear @ forward,

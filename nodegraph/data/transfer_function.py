@@ -102,13 +102,13 @@ class TransferFunction(Value):
         result[0] = [*self.keys[0].color, float(self.extinction(self.keys[0].opacity))]
         return result
 
-    def lookup(self, size: int) -> tuple[float, float]:
-        """(scale, offset) that takes a value to the index space of a table of ``size`` rows."""
+    def lookup(self, size: int, less: float = 0.0) -> tuple[float, float]:
+        """(scale, offset) that takes a value, less a constant, to the index space of a table of ``size`` rows."""
         low, high = self._span(size)
         if not high > low:
             return 0.0, 0.0
         scale = (size - 1) / (high - low)
-        return scale, -low * scale
+        return scale, (less - low) * scale
 
     def _span(self, size: int) -> tuple[float, float]:
         """What a table covers: the domain; around a lone step, cells as narrow as single precision can tell apart."""

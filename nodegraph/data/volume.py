@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping as MappingType
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from nodegraph.data.buffer import Array, Buffer, as_buffer
 from nodegraph.data.space import Matrix, centred, check_affine, invert, transform_points
 from nodegraph.data.value import Parts, Value
 from nodegraph.errors import PortError
+
+if TYPE_CHECKING:
+    from nodegraph.data.camera import Camera
 
 SLAB_BYTES = 1 << 22
 
@@ -89,6 +92,19 @@ class Grid(Value):
         """Middle of the grid, world mm."""
         return transform_points(self.index_to_world, (np.asarray(self.dims) - 1) / 2)
 
+    def distance_from(self, camera: Camera) -> float:
+        """Least distance, mm, of the sphere about this grid from the eye (orthographic: from its plane); 0 inside."""
+        view = self.centre - np.asarray(camera.eye)
+        radius = float(np.linalg.norm(self.corners - self.centre, axis=1).max())
+        away = float(view @ camera.basis[2]) if camera.orthographic else float(np.linalg.norm(view))
+        return max(0.0, away - radius)
+
+    def is_same_grid(self, other: Grid) -> bool:
+        """True when both have the same voxels, within a thousandth of the least spacing."""
+        if self.dims != other.dims:
+            return False
+        return bool(np.abs(self.corners - other.corners).max() <= 1e-3 * self.spacing.min())
+
     def _size_text(self) -> str:
         size = "x".join(map(str, self.dims))
         spacing = "x".join(f"{s:.4g}" for s in self.spacing)
@@ -138,6 +154,32 @@ class Volume(Grid):
     def components(self) -> int:
         """Numbers per voxel."""
         return 1 if len(self.buffer.shape) == 3 else self.buffer.shape[3]
+
+    def less(self, value: float) -> Volume:
+        """The same field minus a constant, by its mapping alone.
+
+        A kernel gets real values in the precision of its device. It binds ``volume.less(volume.origin)``, and what
+        the values are compared with less the same, so that values that lie close together far from 0 keep their digits.
+        """
+        mapping = self.mapping._replace(offset=self.mapping.offset - value)
+        return Volume(self.buffer, self.index_to_world, mapping)
+
+    @property
+    def origin(self) -> float:
+        """The real value nearest to 0 where all values lie farther from 0 than from each other, else 0.
+
+        Cheap: numbers that single precision holds as they are, and those that a device made, are not looked at.
+        """
+        kind, size = self.dtype.kind, self.dtype.itemsize
+        if not self.buffer.on_host or (kind == "f" and size <= 4 and self.mapping.offset == 0.0):
+            return 0.0
+        if kind in "iu" and size <= 2:
+            limits = np.iinfo(self.dtype)
+            low, high = sorted(float(n) * self.mapping.scale + self.mapping.offset for n in (limits.min, limits.max))
+        else:
+            low, high = self.range
+        spread = high - low
+        return low if low > spread else high if -high > spread else 0.0
 
     def real(self, dtype: Any = np.float32) -> Array:
         """Real values in ``dtype``: stored * scale + offset. No copy when they are stored that way already."""

@@ -28,7 +28,7 @@ class Gradient(Processor):
             "filter/gradient",
             volume.dims,
             defines={"METHOD": METHODS.index(method)},
-            volume=volume,
+            volume=volume.less(volume.origin),
             to_world=volume.world_to_index[:3, :3].T,
         )
         unit = f"{volume.mapping.unit}/mm" if volume.mapping.unit else "1/mm"

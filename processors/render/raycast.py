@@ -1,9 +1,12 @@
 """Cast rays through a volume."""
 
+import math
+
 import numpy as np
 
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Light, Output, Processor, TransferFunction, data
 from nodegraph.data import Image, Volume
+from nodegraph.errors import PortError
 from nodegraph.ports import channels, has_components
 
 TABLE_SIZE = 2048
@@ -81,23 +84,33 @@ class Raycast(Processor):
         hit_extinction, iso_value, iso_color, lit, light, ambient, diffuse, specular, shininess, *, size, device,
     ):  # fmt: skip
         lit = lit and mode in SURFACES
+        if interval is not None and interval.size != size:
+            raise PortError(f"interval: expected {size[0]}x{size[1]} pixels, got {interval.size[0]}x{interval.size[1]}")
+        if gradient is not None and not gradient.is_same_grid(volume):
+            raise PortError("gradient: it lies on another grid than the volume; compute it from this volume")
+        step_length = step * float(volume.spacing.min())
+        # Rays start a whole number of steps from the eye, just before the volume: single precision counts from there.
+        steps = max(0.0, math.floor(volume.distance_from(camera) / step_length) - 1.0)
+        # Values are taken relative to one of the field's own, for the same reason.
+        level = volume.origin
         bindings = {
-            "volume": volume,
-            "camera": camera.rays(size, volume.world_to_index),
-            "step_length": step * float(volume.spacing.min()),
+            "volume": volume.less(level),
+            "camera": camera.rays(size, volume.world_to_index, steps * step_length),
+            "step_length": step_length,
             "table": transfer_function.table(TABLE_SIZE),
-            "lookup": transfer_function.lookup(TABLE_SIZE),
+            "lookup": transfer_function.lookup(TABLE_SIZE, level),
         }
         if mode == "composite":
             bindings |= {"depth_opacity": depth_opacity}
             if termination < 1.0:
-                bindings |= {"termination": termination}
+                # A ray must not end before its depth is known.
+                bindings |= {"termination": max(termination, depth_opacity)}
         elif mode == "maximum":
             bindings |= {"reference_length": transfer_function.reference_length}
         elif mode == "first_hit":
             bindings |= {"hit_extinction": hit_extinction}
         else:
-            bindings |= {"iso_value": iso_value, "iso_color": iso_color}
+            bindings |= {"iso_value": iso_value - level, "iso_color": iso_color}
         if interval is not None:
             bindings |= {"interval": interval}
         if lit:

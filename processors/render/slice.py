@@ -44,8 +44,9 @@ class Slice(Processor):
         pixel = height / size[1]
         corner = origin - right * pixel * (size[0] - 1) / 2 + up * pixel * (size[1] - 1) / 2
         linear = volume.world_to_index[:3, :3]
+        level = volume.origin
         bindings = {
-            "volume": volume,
+            "volume": volume.less(level),
             "corner": transform_points(volume.world_to_index, corner),
             "right": linear @ right * pixel,
             "down": linear @ up * -pixel,
@@ -53,12 +54,12 @@ class Slice(Processor):
         if coloring == "window":
             low, high = volume.range if tuple(window) == (0.0, 0.0) else window
             # A window without width is a threshold; the least width that single precision can divide by.
-            scale = 1.0 / max(high - low, 1e-30 + 1e-7 * abs(high))
-            bindings |= {"window": (scale, -low * scale)}
+            scale = 1.0 / max(high - low, 1e-30 + 1e-7 * abs(high - level))
+            bindings |= {"window": (scale, (level - low) * scale)}
         else:
             bindings |= {
                 "table": transfer_function.table(TABLE_SIZE),
-                "lookup": transfer_function.lookup(TABLE_SIZE),
+                "lookup": transfer_function.lookup(TABLE_SIZE, level),
                 "thickness": transfer_function.reference_length,
             }
         defines = {"NEAREST": interpolation == "nearest", "WINDOW": coloring == "window"}

@@ -20,7 +20,7 @@ struct Material {
 vec3 shade_phong(vec3 color, vec3 gradient, vec3 point, vec3 view, Light light, Material material) {
     vec3 to_light = light.directional ? light.position : normalize(light.position - point);
     vec3 normal = normalize(gradient);
-    if (dot(gradient, gradient) == 0.0 || any(isnan(normal))) {
+    if (dot(normal, normal) == 0.0 || any(isnan(normal))) {
         return color * (material.ambient + material.diffuse * light.color);
     }
     if (dot(normal, view) > 0.0) {

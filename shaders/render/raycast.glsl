@@ -1,4 +1,5 @@
-// Ray-casting of one scalar volume on the lattice of the eye: sample k lies at (k + 1/2) step along the ray.
+// Ray-casting of one scalar volume on the lattice of the eye: sample k lies at (k + 1/2) step along the ray, counted
+// from the ray's origin, which the host puts a whole number of steps from the eye.
 #include "common/camera.glsl"
 #include "common/interval.glsl"
 #include "common/classify.glsl"
@@ -68,6 +69,14 @@ vec3 point_at(Ray ray, float t) {
     return ray.origin + ray.direction * t;
 }
 
+#if MODE == 0
+// Colour and extinction of sample k of the ray.
+vec4 matter_at(Ray ray, int k) {
+    float t = (float(k) + 0.5) * step_length;
+    return classify(table, lookup, sample3(volume, point_at(ray, t)));
+}
+#endif
+
 // Colour of a point of the ray after illumination.
 vec3 shade(vec3 color, Ray ray, float t) {
 #if LIT
@@ -121,10 +130,14 @@ Result pixel(ivec2 at) {
     Result result;
     result.color = vec4(0.0);
     result.depth = nothing();
-    vec2 range = vec2(0.0, FAR);
+    vec2 range = vec2(-ray.start, FAR);
 #if INTERVAL
+    vec2 seen = fetch2(interval, at).xy;
+    if (any(isnan(seen))) {
+        return result;
+    }
     // Widened by the rounding of single precision, so that a proxy that fills the volume ends where the volume does.
-    range = max(fetch2(interval, at).xy, 0.0) * vec2(1.0 - 1.0e-6, 1.0 + 1.0e-6);
+    range = max(seen, 0.0) * vec2(1.0 - 1.0e-6, 1.0 + 1.0e-6) - ray.start;
 #endif
     range = intersect_box(ray.origin, ray.direction, vec3(-0.5), vec3(size3(volume)) - 0.5, range);
     if (!(range.y > range.x)) {
@@ -136,24 +149,36 @@ Result pixel(ivec2 at) {
 #if MODE == 0
     vec3 color = vec3(0.0);
     float hidden = 0.0;
-    for (int k = first; k < last && hidden < ENOUGH; ++k) {
-        float t = (float(k) + 0.5) * step_length;
-        float value = sample3(volume, point_at(ray, t));
-        vec4 matter = classify(table, lookup, value);
+    // The sample in which `depth_opacity` is passed: where it starts, what was hidden before, its extinction.
+    vec3 crossing = vec3(0.0);
+    int next = first;
+    while (next < last && hidden < ENOUGH) {
+        int k = next;
+        vec4 matter = matter_at(ray, k);
+        ++next;
+#if LIT
+        // Light is dear. Neighbouring rays, which run in step, first look each for its next visible sample, and
+        // then all light theirs together.
+        while (next < last && !(matter.w > 0.0)) {
+            k = next;
+            matter = matter_at(ray, k);
+            ++next;
+        }
+#endif
         if (matter.w > 0.0) {
             float start = max(float(k) * step_length, range.x);
             float length = min(float(k + 1) * step_length, range.y) - start;
-            float opacity = -expm1(-matter.w * length);
-            float share = (1.0 - hidden) * opacity;
-            color += share * shade(matter.rgb, ray, t);
-            if (hidden < depth_opacity && hidden + share >= depth_opacity) {
-                float reach = log((1.0 - hidden) / (1.0 - depth_opacity)) / matter.w;
-                result.depth = (start + clamp(reach, 0.0, length)) * ray.cosine;
-            }
+            float share = (1.0 - hidden) * -expm1(-matter.w * length);
+            color += share * shade(matter.rgb, ray, (float(k) + 0.5) * step_length);
+            crossing = hidden <= depth_opacity ? vec3(start, hidden, matter.w) : crossing;
             hidden += share;
         }
     }
     result.color = vec4(color, hidden);
+    if (hidden >= depth_opacity && crossing.z > 0.0) {
+        float reach = log((1.0 - crossing.y) / (1.0 - depth_opacity)) / crossing.z;
+        result.depth = (ray.start + crossing.x + clamp(reach, 0.0, step_length)) * ray.cosine;
+    }
 #endif
 
 #if MODE == 1
@@ -172,7 +197,7 @@ Result pixel(ivec2 at) {
         float opacity = -expm1(-matter.w * reference_length);
         result.color = vec4(matter.rgb, 1.0) * opacity;
         if (opacity > 0.0) {
-            result.depth = clamp(best_t, range.x, range.y) * ray.cosine;
+            result.depth = (ray.start + clamp(best_t, range.x, range.y)) * ray.cosine;
         }
     }
 #endif
@@ -180,24 +205,26 @@ Result pixel(ivec2 at) {
 #if MODE == 2 || MODE == 3
     float before = range.x;
     float below = surface(ray, before);
-    float found = below >= 0.0 ? before : -1.0;
-    for (int k = first; k <= last && found < 0.0; ++k) {
+    bool hit = below >= 0.0;
+    float found = before;
+    for (int k = first; k <= last && !hit; ++k) {
         float t = clamp((float(k) + 0.5) * step_length, range.x, range.y);
         float above = surface(ray, t);
         if (above >= 0.0) {
+            hit = true;
             found = isnan(below) ? t : refine(ray, before, t, below, above);
         }
         before = t;
         below = above;
     }
-    if (found >= 0.0) {
+    if (hit) {
 #if MODE == 3
         vec3 matter = iso_color;
 #else
         vec3 matter = classify(table, lookup, sample3(volume, point_at(ray, found))).rgb;
 #endif
         result.color = vec4(shade(matter, ray, found), 1.0);
-        result.depth = found * ray.cosine;
+        result.depth = (ray.start + found) * ray.cosine;
     }
 #endif
     return result;
