@@ -22,7 +22,8 @@ class GaussianBlur(Processor):
     def process(self, volume, sigma):
         values = volume.real(np.float32)
         mapping = Mapping(unit=volume.mapping.unit)
-        width = sigma / volume.spacing[::-1]  # (x, y, z) mm to (z, y, x) voxels
+        # (x, y, z) mm to (z, y, x) voxels; from a million on, a Gaussian is flat over any volume.
+        width = (np.minimum(sigma, 1e6 * volume.spacing) / volume.spacing)[::-1]
         finite = np.isfinite(values)
         if finite.all():
             return volume.with_data(blur(values, width), mapping)

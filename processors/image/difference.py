@@ -51,7 +51,8 @@ class Difference(Processor):
 
 def measure(color, reference):
     """The measures of two (h, w, 4) arrays as a table of one row."""
-    error = np.abs(color.astype(np.float64) - reference)
+    with np.errstate(invalid="ignore"):  # inf - inf is not a number, and so are the measures then
+        error = np.abs(color.astype(np.float64) - reference)
     rmse = float(np.sqrt(np.mean(error * error)))
     return Table(
         {

@@ -55,7 +55,7 @@ class Slice(Processor):
             low, high = volume.range if tuple(window) == (0.0, 0.0) else window
             # A window without width is a threshold; the least width that single precision can divide by.
             scale = 1.0 / max(high - low, 1e-30 + 1e-7 * abs(high - level))
-            bindings |= {"window": (scale, (level - low) * scale)}
+            bindings |= {"window": (low - level, scale)}
         else:
             bindings |= {
                 "table": transfer_function.table(TABLE_SIZE),

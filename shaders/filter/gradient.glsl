@@ -47,5 +47,6 @@ vec4 voxel(ivec3 i) {
     g.z = slope(at(ivec3(i.x, i.y, high.z)), at(ivec3(i.x, i.y, low.z)), span.z);
 #endif
     vec3 world = transform(to_world, g);
-    return vec4(world, length(world));
+    // As long as `world`, without squares: those of 1e20 and of 1e-23 leave single precision.
+    return vec4(world, dot(world, normalize(world)));
 }

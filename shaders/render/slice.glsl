@@ -14,7 +14,7 @@ uniform vec3 corner;        // index space: middle of the picture's top left pix
 uniform vec3 right;         // index space: one pixel to the right, one pixel down
 uniform vec3 down;
 #if WINDOW
-uniform vec2 window;        // (scale, offset) from a value to grey 0..1
+uniform vec2 window;        // the value shown black, and grey 0..1 per value
 #else
 field1 table;
 uniform vec2 lookup;
@@ -28,7 +28,8 @@ vec4 pixel(ivec2 at) {
         return vec4(0.0);
     }
 #if NEAREST
-    float value = fetch3(volume, ivec3(floor(p + 0.5)));
+    // The middle of an even number of slices lies between two voxels: the upper one, whatever the last digit says.
+    float value = fetch3(volume, ivec3(floor(p + 0.50001)));
 #else
     float value = sample3(volume, p);
 #endif
@@ -36,7 +37,7 @@ vec4 pixel(ivec2 at) {
         return vec4(0.0);
     }
 #if WINDOW
-    return vec4(vec3(clamp(value * window.x + window.y, 0.0, 1.0)), 1.0);
+    return vec4(vec3(clamp((value - window.x) * window.y, 0.0, 1.0)), 1.0);
 #else
     vec4 matter = classify(table, lookup, value);
     return vec4(matter.rgb, 1.0) * -expm1(-matter.w * thickness);

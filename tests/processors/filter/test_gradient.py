@@ -59,3 +59,10 @@ def test_real_values_count_and_the_unit_is_per_millimetre(device):
     assert np.allclose(gradient.data[..., 0], 10.0, atol=1e-4)
     assert gradient.mapping.unit == "HU/mm"
     assert gradient.dtype == (np.float64 if device.name == "cl64" else np.float32)
+
+
+@pytest.mark.parametrize("scale", [1e-25, 1e30])
+def test_the_length_has_the_range_of_the_numbers(device, scale):
+    volume, _ = field(lambda p: scale * (p @ [3.0, -2.0, 0.5]))
+    out = call("filter.gradient", device, volume=volume).data / scale
+    assert np.allclose(out[..., 3], np.linalg.norm([3.0, -2.0, 0.5]), rtol=1e-4)

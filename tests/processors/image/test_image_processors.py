@@ -104,3 +104,9 @@ def test_depth_darkening_leaves_what_is_empty_alone(device, rng):
     assert np.array_equal(out.color[empty], image.color[empty])
     nowhere = Image(image.color, np.full((20, 30), np.inf, np.float32))
     assert np.array_equal(call("image.depth_darkening", device, image=nowhere).color, image.color)
+
+
+def test_pictures_that_are_not_finite_have_measures_that_are_not_a_number(gl):
+    endless = Image(np.full((3, 4, 4), np.inf, np.float32))
+    measures = call("image.difference", gl, image=endless, reference=endless).measures
+    assert np.isnan(measures["rmse"][0])

@@ -72,3 +72,19 @@ def test_a_transfer_function_colours_with_its_own_opacity(device):
     tf = TransferFunction([(0.0, (1, 0, 0), 0.0), (1.0, (1, 0, 0), 0.75)], reference_length=3.0)
     image = call("render.slice", device, (8, 8), volume=volume, coloring="transfer_function", transfer_function=tf)
     assert np.allclose(image.color[4, 4], [0.5, 0, 0, 0.5], atol=1e-6)  # half the extinction of 0.75: sqrt(0.25)
+
+
+def test_the_middle_of_an_even_number_of_slices_is_the_same_slice_everywhere(device):
+    """It lies exactly between two voxels; a far origin and a tiny spacing leave the decision to the last digit."""
+    data = np.arange(4, dtype=np.float32)[:, None, None] * np.ones((4, 6, 6), np.float32)
+    for spacing in (1.0, 1e-6, 0.7):
+        volume = Volume(data, centred((6, 6, 4), [spacing] * 3))
+        image = call("render.slice", device, (9, 9), volume=volume, interpolation="nearest", window=(0.0, 4.0))
+        assert np.all(image.color[2:7, 2:7, 0] == 0.5)
+
+
+@pytest.mark.parametrize("value", [0.3, 1.0, 3e38, -7e-9])
+def test_a_constant_volume_is_black_in_its_own_range(device, value):
+    volume = Volume(np.full((4, 4, 4), value, np.float32))
+    image = call("render.slice", device, (5, 5), volume=volume)
+    assert np.array_equal(image.color[2, 2], [0.0, 0.0, 0.0, 1.0])
