@@ -83,9 +83,12 @@ class DeviceService:
         """Greatest sizes that the device takes."""
         return dict(self._device.limits)
 
-    def run(self, kernel: str, size: Any, *, defines: Mapping[str, Any] | None = None, **bindings: Any) -> Any:
+    def run(
+        self, kernel: str, size: Any, *, defines: Mapping[str, Any] | None = None, work: float = 1.0, **bindings: Any
+    ) -> Any:
         """Run a kernel over (width, height) pixels or (x, y, z) voxels; returns a Buffer, or a named tuple of Buffers.
 
+        ``work`` tells how dear a pixel or voxel is, relative to other runs, where a parameter decides about that.
         Raises GraphError for a kernel that the processor does not declare, ShaderError, DeviceError, Cancelled.
         """
         if kernel not in self._processor.kernels:
@@ -98,7 +101,7 @@ class DeviceService:
         try:
             source = kernel_source(self._processor, kernel)
             return self._device.run(
-                source, size, defines=defines, check=self._check, progress=self._progress, **bindings
+                source, size, defines=defines, check=self._check, progress=self._progress, work=work, **bindings
             )
         finally:
             self.seconds += time.perf_counter() - started

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from nodegraph.compute import language
-from nodegraph.compute.device import Device
+from nodegraph.compute.device import Device, Span
 from nodegraph.compute.dispatch import BuildFailure, Job, Owned
 from nodegraph.compute.language import Layout, Leaf, Matrix, Module, Storage
 from nodegraph.compute.memory import Budget, Entry
@@ -52,6 +52,7 @@ class CLDevice(Device):
     """One OpenCL device. ``precision`` "float" is the device cl, "double" is cl64."""
 
     api: str
+    least_columns = GROUP
 
     def __init__(
         self,
@@ -209,27 +210,28 @@ class CLDevice(Device):
         except cl.Error as error:
             raise DeviceError(f"{self.name}: the kernel's arguments were refused: {error}") from None
 
-    def _enqueue(self, job: Job, y: int, rows: int, z: int, slices: int) -> None:
-        width = -(-job.size[0] // GROUP) * GROUP
+    def _enqueue(self, job: Job, x: Span, y: Span, z: Span) -> None:
+        width = -(-x[1] // GROUP) * GROUP
         # PoCL compiles a kernel once for offset 0 and once for all others. A pixel entry never asks for its third
         # coordinate, so that one is always 1 and the first variant is never needed.
-        offset = (0, y, z) if job.volume else (0, y, 1)
+        offset = (x[0], y[0], z[0] if job.volume else 1)
         try:
             self._event = self._cl.enqueue_nd_range_kernel(
-                self._queue, job.program.handle.kernel, (width, rows, slices), (GROUP, 1, 1), global_work_offset=offset
+                self._queue, job.program.handle.kernel, (width, y[1], z[1]), (GROUP, 1, 1), global_work_offset=offset
             )
         except self._cl.Error as error:
             raise DeviceError(f"{self.name}: the kernel could not be started: {error}") from None
 
     def _warm_up(self, job: Job) -> None:
         # One row beyond the result, where every work item returns at once, and for volumes the first row.
-        self._enqueue(job, job.size[1], 1, job.size[2], 1)
+        row = (0, job.size[0])
+        self._enqueue(job, row, (job.size[1], 1), (job.size[2], 1))
         if job.volume:
-            self._enqueue(job, 0, 1, 0, 1)
+            self._enqueue(job, row, (0, 1), (0, 1))
         self.wait()
 
-    def _draw(self, job: Job, y: int, rows: int, z: int, slices: int) -> None:
-        self._enqueue(job, y, rows, z, slices)
+    def _draw(self, job: Job, x: Span, y: Span, z: Span) -> None:
+        self._enqueue(job, x, y, z)
 
     def _end(self, job: Job) -> None:
         while self._blocks:

@@ -27,6 +27,7 @@ from nodegraph.data.buffer import Array, Buffer
 from nodegraph.errors import DeviceError, ParameterError, ShaderError
 
 Defines = Mapping[str, int | float | bool]
+Span = tuple[int, int]
 
 
 class Device(ABC):
@@ -44,6 +45,7 @@ class Device(ABC):
     real: np.dtype[Any]
     limits: dict[str, Any]
     strip_multiple = 1
+    least_columns = 16
 
     def __init__(self, budget: Budget | int | None = None, roots: Sequence[Path | str] | None = None) -> None:
         self.memory = Memory(budget, name=self.name)
@@ -66,6 +68,7 @@ class Device(ABC):
         defines: Defines | None = None,
         check: Callable[[], None] | None = None,
         progress: Callable[[float], None] | None = None,
+        work: float = 1.0,
         **bindings: Any,
     ) -> Any:
         """Run a kernel over ``size``, (w, h) pixels or (x, y, z) voxels, and return what it computes.
@@ -73,7 +76,8 @@ class Device(ABC):
         ``kernel`` is a name such as ``render/raycast`` or a source. Every uniform and field that the variant reads is
         bound by its name. The result is a Buffer (h, w[, c]) or (z, y, x[, c]), or a named tuple of them; it stays on
         the device until ``.array`` is read, and may be bound to a later run as it is. ``check()`` is called between
-        strips and may raise Cancelled; ``progress(fraction)`` after each.
+        strips and may raise Cancelled; ``progress(fraction)`` after each. ``work`` tells how dear a pixel or voxel is,
+        relative to other runs of this kernel, where a parameter decides about that: strips are cut by it.
 
         ParameterError for bindings, ShaderError for the kernel, DeviceError when the device cannot.
         """
@@ -112,7 +116,7 @@ class Device(ABC):
                 held.append(entry)
                 outputs.append((output.name, buffer, entry))
             job = Job(program, module.entry == "voxel", grid, values, slots, [entry.object for _, _, entry in outputs])
-            self._dispatch(job, check, progress)
+            self._dispatch(job, work, check, progress)
         finally:
             for entry in held:
                 entry.pins -= 1
@@ -238,7 +242,13 @@ class Device(ABC):
         )
         return buffer, resident.entry
 
-    def _dispatch(self, job: Job, check: Callable[[], None] | None, progress: Callable[[float], None] | None) -> None:
+    def _dispatch(
+        self,
+        job: Job,
+        work: float,
+        check: Callable[[], None] | None,
+        progress: Callable[[float], None] | None,
+    ) -> None:
         width, height, depth = job.size
         program = job.program
         self._begin(job)
@@ -248,9 +258,9 @@ class Device(ABC):
                 self._warm_up(job)
                 program.warm = True
 
-            def draw(first: int, count: int) -> None:
+            def draw(first: int, count: int, x: int = 0, columns: int = width) -> None:
                 for y, rows, z, slices in boxes(first, count, height):
-                    self._draw(job, y, rows, z, slices)
+                    self._draw(job, (x, columns), (y, rows), (z, slices))
                 self.wait()
 
             run_in_strips(
@@ -258,7 +268,9 @@ class Device(ABC):
                 height * depth,
                 width,
                 program.pace,
+                work=work,
                 multiple=self.strip_multiple,
+                least_columns=self.least_columns,
                 check=check,
                 progress=progress,
             )
@@ -308,8 +320,8 @@ class Device(ABC):
         """Make the driver compile, at the least cost."""
 
     @abstractmethod
-    def _draw(self, job: Job, y: int, rows: int, z: int, slices: int) -> None:
-        """Issue one box: full rows y.. of the slices z.. ."""
+    def _draw(self, job: Job, x: Span, y: Span, z: Span) -> None:
+        """Issue one box: columns, rows and slices, each as (first, count)."""
 
     @abstractmethod
     def _end(self, job: Job) -> None:

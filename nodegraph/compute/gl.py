@@ -19,7 +19,7 @@ import numpy as np
 
 from nodegraph.compute import gl_calls as gl
 from nodegraph.compute import language
-from nodegraph.compute.device import Device
+from nodegraph.compute.device import Device, Span
 from nodegraph.compute.dispatch import BuildFailure, Job, Owned
 from nodegraph.compute.gl_calls import Calls
 from nodegraph.compute.language import Layout, Matrix, Module, Storage
@@ -268,12 +268,12 @@ class GLDevice(Device):
         self.calls.draw_arrays(gl.TRIANGLES, 0, 3)
         self.calls.finish()
 
-    def _draw(self, job: Job, y: int, rows: int, z: int, slices: int) -> None:
-        self.calls.scissor(0, y, job.size[0], rows)
+    def _draw(self, job: Job, x: Span, y: Span, z: Span) -> None:
+        self.calls.scissor(x[0], y[0], x[1], y[1])
         if not job.volume:
             self.calls.draw_arrays(gl.TRIANGLES, 0, 3)
             return
-        for at in range(z, z + slices):
+        for at in range(z[0], z[0] + z[1]):
             # Drawing into a layer of the 3-D texture needs no copy; it is 1.5 times as fast as a compute shader here.
             self._attach(job, at)
             job.program.handle.write(job.program.layout.slice, np.array([at], np.int32))

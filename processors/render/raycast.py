@@ -132,5 +132,7 @@ class Raycast(Processor):
             "INTERVAL": interval is not None,
             "TERMINATION": mode == "composite" and termination < 1.0,
         }
-        result = device.run("render/raycast", size, defines=defines, **bindings)
+        # What a ray costs is its samples; a few hundred are nothing out of the ordinary.
+        samples = float(np.linalg.norm(volume.corners[7] - volume.corners[0])) / step_length
+        result = device.run("render/raycast", size, defines=defines, work=max(samples / 500.0, 0.1), **bindings)
         return Image(result.color, result.depth)

@@ -168,3 +168,47 @@ def test_one_slow_draw_does_not_keep_strips_small(monkeypatch: pytest.MonkeyPatc
         run_in_strips(draw, 1024, 1024, pace, multiple=64)
         assert sum(counts) == 1024
     assert counts == [64] * 16
+
+
+@pytest.mark.parametrize("known", [False, True])
+@pytest.mark.parametrize("multiple", [1, 64])
+def test_rows_that_take_seconds_are_cut_into_columns(
+    monkeypatch: pytest.MonkeyPatch, known: bool, multiple: int
+) -> None:
+    """A thousandfold number of samples below an empty sky, on a first draw and after an ordinary one."""
+    clock = Clock(monkeypatch)
+    cell = np.where(np.arange(256) < 100, 0.0, 2e-6)[:, None] * np.ones(512)
+    seen = np.zeros((256, 512), int)
+    times: list[float] = []
+    work = 1.0
+
+    def draw(first: int, count: int, x: int = 0, columns: int = 512) -> None:
+        seen[first : first + count, x : x + columns] += 1
+        times.append(float(cell[first : first + count, x : x + columns].sum()) * work)
+        clock.now += times[-1]
+
+    pace = Pace()
+    if known:
+        run_in_strips(draw, 256, 512, pace, multiple=multiple, least_columns=16)
+    seen[:], times[:], work = 0, [], 1000.0
+    checks: list[int] = []
+    run_in_strips(
+        draw, 256, 512, pace, work=work, multiple=multiple, least_columns=16, check=lambda: checks.append(len(times))
+    )
+    assert (seen == 1).all()
+    assert checks == list(range(len(times)))
+    # A row takes a second. The least part is 16 columns of the least strip: 4 rows where tiles are whole.
+    assert max(times) <= 0.6
+
+
+@pytest.mark.parametrize("parts", [1, 7])
+def test_columns_make_the_same_picture(device: Any, monkeypatch: pytest.MonkeyPatch, parts: int) -> None:
+    whole = device.run(HEAVY, (150, 40), rounds=3)
+    monkeypatch.setattr(strips, "LONG_SECONDS", 0.0)
+    monkeypatch.setattr(strips, "TARGET_SECONDS", 1e-6)
+    cut = device.run(HEAVY, (150, 40), rounds=3, work=1e3 * parts)
+    assert np.array_equal(whole.a.array, cut.a.array)
+    assert np.array_equal(whole.b.array, cut.b.array)
+    slices = device.run(SLICES, (70, 5, 3), work=1e3 * parts).array
+    z, y, x = np.meshgrid(np.arange(3), np.arange(5), np.arange(70), indexing="ij")
+    assert np.allclose(slices, np.sqrt(x + 10 * y + 100 * z), rtol=1e-6)
