@@ -149,8 +149,8 @@ Result pixel(ivec2 at) {
 #if MODE == 0
     vec3 color = vec3(0.0);
     float hidden = 0.0;
-    // The sample in which `depth_opacity` is passed: where it starts, what was hidden before, its extinction.
-    vec3 crossing = vec3(0.0);
+    // The sample in which `depth_opacity` is passed, and what was hidden before it.
+    vec2 crossing = vec2(-FAR, 0.0);
     int next = first;
     while (next < last && hidden < ENOUGH) {
         int k = next;
@@ -170,14 +170,15 @@ Result pixel(ivec2 at) {
             float length = min(float(k + 1) * step_length, range.y) - start;
             float share = (1.0 - hidden) * -expm1(-matter.w * length);
             color += share * shade(matter.rgb, ray, (float(k) + 0.5) * step_length);
-            crossing = hidden <= depth_opacity ? vec3(start, hidden, matter.w) : crossing;
+            crossing = hidden <= depth_opacity ? vec2(float(k), hidden) : crossing;
             hidden += share;
         }
     }
     result.color = vec4(color, hidden);
-    if (hidden >= depth_opacity && crossing.z > 0.0) {
-        float reach = log((1.0 - crossing.y) / (1.0 - depth_opacity)) / crossing.z;
-        result.depth = (ray.start + crossing.x + clamp(reach, 0.0, step_length)) * ray.cosine;
+    if (hidden >= depth_opacity && crossing.x > -FAR) {
+        float start = max(crossing.x * step_length, range.x);
+        float reach = log((1.0 - crossing.y) / (1.0 - depth_opacity)) / matter_at(ray, int(crossing.x)).w;
+        result.depth = (ray.start + start + clamp(reach, 0.0, step_length)) * ray.cosine;
     }
 #endif
 

@@ -200,7 +200,7 @@ def test_expm1_and_log1p_are_good_to_a_few_ulp(device: Any) -> None:
     ulps = np.abs(got[fine] - exact[fine]) / np.spacing(np.abs(rounded[fine])).astype(np.float64)
     # Far above 0 expm1 is the driver's exp, which is good to 50 ulp on llvmpipe.
     above = fine & np.stack([x > 0.5, np.zeros_like(x, bool)], axis=-1)
-    assert ulps[~above[fine]].max() <= 4.0
+    assert ulps[~above[fine]].max() <= 8.0
     assert ulps.max() <= 100.0
     np.testing.assert_array_equal(np.isnan(got), np.isnan(exact))
     np.testing.assert_array_equal(np.isposinf(got), np.isposinf(rounded))
