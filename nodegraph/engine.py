@@ -106,7 +106,7 @@ class Engine:
                 self._require_thread()
         except KeyboardInterrupt:
             evaluation.cancel()
-            evaluation._done.wait(5.0)
+            evaluation._done.wait(2.0)
             raise
         return evaluation.result()
 
@@ -131,10 +131,12 @@ class Engine:
         named = (sinks,) if isinstance(sinks, str) else None if sinks is None else tuple(sinks)
         values = dict(given or {})
 
-        def start(evaluation: Evaluation) -> Report:
+        def attempt(evaluation: Evaluation, notice: str = "") -> Report:
             plan = self._planner(owner).plan(flat, named, size=size, quality=quality, given=values)
             self._run = run = Run(plan, self._context, on_event, lambda: evaluation.cancelled)
             try:
+                if notice:
+                    run.teller.note(notice)
                 if self._announcement:
                     run.teller.announce(self._announcement)
                     self._announcement = ""
@@ -143,6 +145,14 @@ class Engine:
                 self._run = None
                 run.end()
             self._remember(owner, plan, report)
+            return report
+
+        def start(evaluation: Evaluation) -> Report:
+            report = attempt(evaluation)
+            lost = self._drop_lost()
+            if lost and report.errors:
+                # What lay on the lost device is gone, so all of it runs once more, on one that is opened anew.
+                report = attempt(evaluation, f"{lost} was lost while it ran; its results are made anew")
             return report
 
         evaluation = Evaluation(start, channel if channel is not None else next(_channels), self._inbox.wake)
@@ -234,8 +244,12 @@ class Engine:
         owner = _root(network)
         return (self._last.get(owner) if owner is not None else None) or LastRun()
 
-    def close(self) -> None:
-        """Cancel what runs, free every device object, end the threads. Calling it twice is fine."""
+    def close(self, patience: float | None = None) -> None:
+        """Cancel what runs, free every device object, end the threads. Calling it twice is fine.
+
+        A library call in the middle of a node cannot be stopped: ``patience`` says how many seconds to wait for it,
+        None as long as it takes. The device is freed when it returns.
+        """
         with self._lock:
             if self._closed:
                 return
@@ -248,14 +262,15 @@ class Engine:
             evaluation.refuse(Cancelled("the engine was closed"))
         self._inbox.wake()
         if threading.current_thread() is not self._thread:
-            self._thread.join()
+            self._thread.join(patience)
         self._workers.close()
 
     def __enter__(self) -> Engine:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        # Who presses Ctrl-C does not want to wait.
+        self.close(0.5 if kind is not None and issubclass(kind, KeyboardInterrupt) else None)
 
     # -- the engine's thread ------------------------------------------------------------------------------------
 
@@ -330,6 +345,21 @@ class Engine:
 
     def _on_pressure(self, wanted: int) -> None:
         self.cache.release_cheap(wanted)
+
+    def _drop_lost(self) -> str:
+        """Close devices whose context was lost while they ran, and forget all results: some lay there alone.
+
+        Returns the names of those devices.
+        """
+        lost = [device for device in getattr(self._devices, "opened", ()) if getattr(device, "lost", False)]
+        for device in lost:
+            self._devices.drop(device)
+            if device is self._main:
+                self._main = None
+        if lost:
+            self.cache.clear()
+            self.cache.forget_failures()
+        return ", ".join(device.name for device in lost)
 
     def _main_device(self) -> Any:
         """The device that was chosen, opened now if need be. Says once which it is, and why."""

@@ -35,6 +35,8 @@ class Device(ABC):
 
     It belongs to the thread that opened it. ``call``, when set (the engine does), runs a function on that thread
     and waits, so that results may be read from others. ``roots`` are the folders in which kernel names are looked up.
+    ``lost`` is True once the driver gave up the context: nothing runs there any more, and results that lie there alone
+    are gone.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Device(ABC):
         self.call: Callable[[Callable[[], None]], object] | None = None
         self._thread = threading.get_ident()
         self._closed = False
+        self.lost = False
         self._sources: dict[str, tuple[shaders.Source, tuple[Any, ...]]] = {}
         self._modules: dict[tuple[Any, ...], Module] = {}
         self._programs: dict[str, Program] = {}

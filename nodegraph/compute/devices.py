@@ -80,6 +80,12 @@ class Devices:
                 return Choice(other, f"{candidate}, after {device.name} failed: {other.description}")
         return None
 
+    def drop(self, device: Device) -> None:
+        """Close one device; whoever asks for its name next gets a new one."""
+        if self._open.get(device.name) is device:
+            del self._open[device.name]
+        device.close()
+
     def close(self) -> None:
         """Close every device; their memory then holds nothing."""
         for device in self._open.values():

@@ -297,7 +297,8 @@ class GLDevice(Device):
         if code:
             if undo is not None:
                 undo()
-            name = {0x0505: "out of memory", 0x0507: "the context is lost", 0x0506: "invalid framebuffer"}
+            self.lost = self.lost or code == gl.CONTEXT_LOST
+            name = {0x0505: "out of memory", gl.CONTEXT_LOST: "the context is lost", 0x0506: "invalid framebuffer"}
             raise DeviceError(f"gl: {doing} failed: {name.get(code, f'OpenGL error 0x{code:04x}')}")
 
     def _release(self) -> None:
