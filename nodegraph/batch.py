@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 import signal
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -122,7 +123,7 @@ def run_task(task: Task) -> Outcome:
 
 def _write_outputs(task: Task) -> list[str]:
     """Evaluate a task and write its pictures; what effects write they write themselves. Returns the report's notes."""
-    from nodegraph import scripting, workspace
+    from nodegraph import formats, scripting, workspace
     from nodegraph.overrides import assign
     from nodegraph.pictures import images_of, is_effect, write_picture
 
@@ -130,7 +131,7 @@ def _write_outputs(task: Task) -> list[str]:
     for place, text in task.assignments:
         assign(network, place, text)
     flat = network.flatten()
-    Path(task.folder).mkdir(parents=True, exist_ok=True)
+    formats.make_folder(Path(task.folder))
     # The engine of this process: opening a device and reading a volume once serves all tasks of a worker.
     engine = scripting.engine(task.device)
     report = engine.evaluate(network, [sink for sink, _ in task.outputs], size=task.size)
@@ -235,10 +236,30 @@ def process_pool(workers: int) -> Iterator[Executor]:
 
 
 def _prepare_worker(threads: int) -> None:
-    """Give each worker its share of the cores, and let an interrupt end it without a traceback."""
+    """Give each worker its share of the cores, and let it end at once when it shall, or when nobody waits for it."""
     for name in ("LP_NUM_THREADS", "POCL_MAX_PTHREAD_COUNT", "OMP_NUM_THREADS"):
         os.environ.setdefault(name, str(threads))
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: _end(128 + number))
+    threading.Thread(target=_end_with_parent, name="nodegraph-parent", daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """A parent that is killed cannot stop its workers, so they look after themselves."""
+    import multiprocessing
+
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        _end(1)
+
+
+def _end(code: int) -> None:
+    """Leave no half file; wait for nothing, since what runs may take hours."""
+    from nodegraph.formats.atomic import remove_parts
+
+    remove_parts()
+    os._exit(code)
 
 
 @contextlib.contextmanager

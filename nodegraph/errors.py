@@ -8,6 +8,7 @@ line returns for it: 2 for input that a user can mend, 1 for a processor that fa
 from __future__ import annotations
 
 import difflib
+import os
 from collections.abc import Iterable, Sequence
 
 
@@ -61,19 +62,24 @@ class CommandError(GraphError):
 
 
 class ProcessError(GraphError, RuntimeError):
-    """A processor failed. ``stage`` is load, check, needs, build or process."""
+    """A processor failed. ``stage`` is load, check, needs, build or process.
+
+    ``file`` is the processor's own: of an error that nobody meant for users, its line there is named.
+    """
 
     exit_code = 1
 
-    def __init__(self, node: str, stage: str, cause: BaseException) -> None:
-        text = str(cause) or type(cause).__name__
+    def __init__(self, node: str, stage: str, cause: BaseException, file: str = "") -> None:
+        text = one_sentence(cause)
         if not isinstance(cause, GraphError):
-            text = f"{type(cause).__name__}: {text}"
-        super().__init__(text if text.startswith(f"{node}.") else f"{node}: {text}")
+            line = line_in(file, cause)
+            text = f"{node}: {text}" + (f" ({os.path.basename(file)}, line {line})" if line else "")
+        super().__init__(text if text.startswith((f"{node}.", f"{node}:")) else f"{node}: {text}")
         self.node = node
         self.stage = stage
         self.__cause__ = cause
-        if isinstance(cause, GraphError):
+        # What a processor says of its input is for the user to mend; what its needs() answers is not.
+        if isinstance(cause, GraphError) and stage != "needs":
             self.exit_code = cause.exit_code
 
 
@@ -84,7 +90,8 @@ class ShaderError(GraphError):
 
     def __init__(self, message: str, *, file: str = "", line: int = 0, excerpt: str = "") -> None:
         place = f"{file}:{line}: " if file else ""
-        super().__init__(f"{place}{message}" + (f"\n    {excerpt.strip()}" if excerpt.strip() else ""))
+        excerpt = excerpt.strip() if len(excerpt.strip()) <= 160 else f"{excerpt.strip()[:160]}..."
+        super().__init__(f"{place}{message}" + (f"\n    {excerpt}" if excerpt else ""))
         self.file = file
         self.line = line
         self.excerpt = excerpt
@@ -123,5 +130,27 @@ class Cancelled(GraphError):
 
 def near_miss(name: str, known: Iterable[str]) -> str:
     """Return `` (did you mean 'x'?)`` for the closest known name, or an empty string."""
-    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
-    return f" (did you mean {close[0]!r}?)" if close else ""
+    by_text = {text.casefold(): text for text in known}
+    close = difflib.get_close_matches(name.casefold(), list(by_text), n=1, cutoff=0.5)
+    return f" (did you mean {by_text[close[0]]!r}?)" if close else ""
+
+
+def one_sentence(error: BaseException) -> str:
+    """What an error says; one that nobody meant for users on one line, with its class."""
+    if isinstance(error, GraphError):
+        return str(error)
+    try:
+        text = " ".join(str(error).split())
+    except Exception:  # how a plug-in's own error becomes text may fail, too
+        text = ""
+    return f"{type(error).__name__}: {text or 'no message'}"
+
+
+def line_in(file: str, error: BaseException) -> int:
+    """The line of a source file at which an error came up; 0 where it did not pass there."""
+    line, trace = 0, error.__traceback__
+    while file and trace is not None:
+        if trace.tb_frame.f_code.co_filename == file:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return line

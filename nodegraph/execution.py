@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nodegraph.cache import Result
+from nodegraph.errors import PortError, ProcessError
 from nodegraph.report import Event
 from nodegraph.services import DeviceService, Memo, Progress, open_raster, own
 
@@ -56,7 +57,7 @@ def execute(run: Run, place: int, arguments: dict[str, Any], device: Any) -> Res
     if processor.generator:
         values = _refine(run, task, returned, device is not None)
     else:
-        values = processor.pack(returned, task.wanted, task.path)
+        values = _pack(task, returned)
     seconds = time.perf_counter() - started
     if "device" in services:
         run.report.device_seconds[task.path] = services["device"].seconds
@@ -67,7 +68,6 @@ def execute(run: Run, place: int, arguments: dict[str, Any], device: Any) -> Res
 
 def _refine(run: Run, task: Task, steps: Any, here: bool) -> dict[str, Any]:
     """Follow a generator: each yield is a point to cancel at, and may be a preview; the last one is the result."""
-    processor = _processor(task)
     last: dict[str, Any] | None = None
     try:
         while True:
@@ -75,11 +75,11 @@ def _refine(run: Run, task: Task, steps: Any, here: bool) -> dict[str, Any]:
                 item = next(steps)
             except StopIteration as stop:
                 if stop.value is not None:
-                    last = processor.pack(stop.value, task.wanted, task.path)
+                    last = _pack(task, stop.value)
                 break
             run.check()
             if item is not None:
-                last = processor.pack(item, task.wanted, task.path)
+                last = _pack(task, item)
                 run.tell(Event("preview", task.path, size=task.size, values=last), here)
             if here:
                 # Nothing is being drawn now, so other threads may read what lies on the device.
@@ -87,7 +87,16 @@ def _refine(run: Run, task: Task, steps: Any, here: bool) -> dict[str, Any]:
                 run.check()
     finally:
         steps.close()
-    return processor.pack(None, task.wanted, task.path) if last is None else last
+    return _pack(task, None) if last is None else last
+
+
+def _pack(task: Task, returned: Any) -> dict[str, Any]:
+    """`Processor.pack`; what it refuses is the processor's fault and no input of the user's."""
+    try:
+        return _processor(task).pack(returned, task.wanted, task.path)
+    except PortError as error:
+        error.exit_code = ProcessError.exit_code
+        raise
 
 
 def _services(run: Run, place: int, device: Any, memos: list[str], notes: list[str]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from nodegraph.flat import Flat, FlatNode, Source
 from nodegraph.links import link_of, linked_value
 from nodegraph.network import Kept, Network, Node
 from nodegraph.params import Parameter
-from nodegraph.ports import Input, connects, port_type
+from nodegraph.ports import Input, article, connects, port_type
 from nodegraph.wires import Known, Wire, feeds, resolve, value_type
 
 
@@ -203,7 +203,8 @@ def _links_of(node: Node, path: str, known: Known) -> _Links:
             wired[name] = found[0]
     for name, declared in cls.inputs.items():
         if not sources[name] and declared.required and not problems:
-            what = f"wire {'at least one ' if declared.many else 'a '}{port_type(declared.type).name} to it"
+            name_of_type = port_type(declared.type).name
+            what = f"wire {'at least one ' + name_of_type if declared.many else article(name_of_type)} to it"
             problems.append(PortError(f"{path}.{name}: nothing is connected; {what}"))
     return _Links(sources, wired, problems[0] if problems else None)
 

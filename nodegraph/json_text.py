@@ -56,8 +56,8 @@ def parse(text: str, file: str = "") -> Any:
         raise WorkspaceError(f"{place}: this is not JSON: {error.msg}", file=file) from None
     except RecursionError:
         raise WorkspaceError(f"nested more than {DEEPEST} levels deep", file=file) from None
-    except ValueError as error:  # a whole number with thousands of digits
-        raise WorkspaceError(f"a number cannot be read: {error}", file=file) from None
+    except ValueError:
+        raise WorkspaceError("a number cannot be read: it has thousands of digits; write a smaller one", file=file) from None
     _check(value, file)
     return value
 

@@ -29,7 +29,12 @@ def load(id: str, path: Path, roots: Sequence[Path], *, built_in: bool, fresh: b
     if path.suffix == ".glsl":
         from nodegraph import glsl_processor
 
-        processor = glsl_processor.make(id, path, source.decode("utf-8"))
+        try:
+            text = source.decode("utf-8")
+        except UnicodeDecodeError as error:
+            line = source.count(b"\n", 0, error.start) + 1
+            raise PluginError(f"line {line}: this is not UTF-8 text; save the file as UTF-8") from None
+        processor = glsl_processor.make(id, path, text)
         processor.kernels = (id.replace(".", "/"),)
     else:
         module = _execute(_module_name(id, path, built_in), path, source if fresh else None)

@@ -183,7 +183,7 @@ class Network:
         for part in groups:
             inner = level.nodes[part].network if part in level.nodes else None
             if inner is None:
-                raise CommandError(f"{done}{part}: no such group{near_miss(part, level.nodes)}")
+                raise CommandError(f"{path}: no such group {part!r}{near_miss(part, level.nodes)}")
             level, done = inner, f"{done}{part}/"
         if last not in level.nodes:
             raise CommandError(f"{done}{last}: no such node{near_miss(last, level.nodes)}")

@@ -61,7 +61,7 @@ def to_json(text: str, parameter: Parameter) -> Any:
         return _SWITCH.get(word.lower(), word)
     try:
         return json.loads(word)
-    except ValueError:
+    except (ValueError, RecursionError):
         pass
     if "," in word:
         try:

@@ -40,7 +40,7 @@ def write_picture(image: Image, path: Path, network: Network) -> None:
     """Write a picture; makes its folder. A PNG carries the workspace that made it. Raises FormatError."""
     from nodegraph import formats, workspace
 
-    path.parent.mkdir(parents=True, exist_ok=True)
+    formats.make_folder(path.parent)
     if path.suffix.lower() == ".png":
         formats.write(image, path, workspace=workspace.dumps(network, folder=path.parent))
     else:

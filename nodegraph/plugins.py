@@ -15,6 +15,8 @@ import os
 import sys
 from typing import Any, NamedTuple
 
+from nodegraph.errors import line_in, one_sentence
+
 GROUPS = (
     "nodegraph.processors",
     "nodegraph.formats",
@@ -134,13 +136,8 @@ def explain_failure(error: BaseException, file: str = "") -> str:
         return f"needs the package {package!r}: pip install {_PACKAGE_OF.get(package, package)}"
     if isinstance(error, SyntaxError):
         return f"line {error.lineno}: {error.msg}" if error.lineno else str(error.msg)
-    line, trace = 0, error.__traceback__
-    while trace is not None:
-        if file and trace.tb_frame.f_code.co_filename == file:
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    text = " ".join(str(error).split()) or "no message"
-    return f"{f'line {line}: ' if line else ''}{type(error).__name__}: {text}"
+    line = line_in(file, error)
+    return f"{f'line {line}: ' if line else ''}{one_sentence(error)}"
 
 
 def _load(value: str) -> Any:

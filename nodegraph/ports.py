@@ -195,7 +195,7 @@ class _Port:
 
     def _wrong_type(self, value: Any, where: str) -> NoReturn:
         got = port_type(value.__class__).name if isinstance(value, data.Value) else value.__class__.__name__
-        raise PortError(f"{where}: expected {_article(port_type(self.type).name)}, got {_article(got)}")
+        raise PortError(f"{where}: expected {article(port_type(self.type).name)}, got {article(got)}")
 
     def _number(self, value: Any) -> Any:
         """Numbers of numpy as plain ones, so that `float` and `int` ports mean what they say."""
@@ -239,7 +239,7 @@ class Input(_Port):
             return tuple(self._check_one(one, f"{where}[{i}]") for i, one in enumerate(values))
         if value is None:
             if self.required:
-                raise PortError(f"{where}: nothing is connected; wire {_article(port_type(self.type).name)}")
+                raise PortError(f"{where}: nothing is connected; wire {article(port_type(self.type).name)}")
             return None
         return self._check_one(value, where)
 
@@ -282,5 +282,6 @@ class Output(_Port):
         return {"type": port_type(self.type).name, "doc": self.doc}
 
 
-def _article(name: str) -> str:
+def article(name: str) -> str:
+    """``name`` after the article that it takes."""
     return f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"

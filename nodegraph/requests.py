@@ -6,7 +6,7 @@ of the network and on the answers of ``needs`` alone, so it outlives most change
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -229,7 +229,7 @@ def ask_needs(node: FlatNode, request: Request, wanted: frozenset[str]) -> Any:
     except _Unknown:
         return {}
     except Exception as error:
-        return ProcessError(node.path, "needs", error)
+        return ProcessError(node.path, "needs", error, processor.file)
 
 
 def same_answer(one: Any, other: Any) -> bool:
@@ -253,6 +253,8 @@ def _requests(
     if isinstance(answer, GraphError):
         return {}, answer
     try:
+        if answer is not None and not isinstance(answer, Mapping):
+            raise PortError(f"{node.path}: needs() must answer a dict of inputs, got {answer!r}")
         for name, need in (answer or {}).items():
             if name not in node.sources and name not in node.processor.params:
                 raise PortError(f"{node.path}.{name}: needs() names an input that is not declared")

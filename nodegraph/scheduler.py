@@ -388,7 +388,8 @@ class Run:
             raise error
         if isinstance(error, (KeyboardInterrupt, GeneratorExit)) or self._cancelled():
             raise Cancelled from error
-        failure = error if isinstance(error, ProcessError) else ProcessError(task.path, stage, error)
+        file = task.processor.file if task.processor is not None else ""
+        failure = error if isinstance(error, ProcessError) else ProcessError(task.path, stage, error, file)
         # The frames of the traceback hold the inputs; its lines are all that is wanted of it.
         traceback.clear_frames(error.__traceback__)
         if task.processor is not None and not task.processor.effect:

@@ -70,6 +70,8 @@ def output_leaf(node: Node, name: str, where: str) -> tuple[Node, str]:
 def source_node(level: Network, source: str, where: str) -> tuple[Node, str]:
     """The node of a level that ``node.output`` names, and the output. Raises PortError."""
     id, _, output = source.rpartition(".")
+    if not id:
+        raise PortError(f"{where}: {source!r} names no output of a node; write it as node.output")
     if id not in level.nodes:
         raise PortError(f"{where}: there is no node {level.prefix}{id}{near_miss(id, level.nodes)}")
     return level.nodes[id], output

@@ -93,6 +93,8 @@ def _file_text(path: Path) -> str:
 def _picture_text(path: Path) -> str:
     from nodegraph.formats.png import read_workspace
 
+    if path.is_dir():
+        raise WorkspaceError("this is a folder; choose a file in it", file=str(path))
     if not path.is_file():
         raise WorkspaceError("there is no such file", file=str(path))
     text = read_workspace(path)

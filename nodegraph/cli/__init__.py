@@ -1,15 +1,18 @@
 """The command line: ``nodegraph COMMAND ...``, one file for each command.
 
 A command's file offers ``configure(parser)`` and ``run(arguments) -> exit code``, and is imported only when it is the
-one that was asked for. Exit codes: 0 fine, 1 a processor failed, 2 bad input, 130 interrupted. A mistake of the user is
-one sentence on the error stream; anything else is a mistake of ours and shows its traceback.
+one that was asked for. Exit codes: 0 fine, 1 a processor failed, 2 bad input, 130 interrupted, 143 terminated. A
+mistake of the user is one sentence on the error stream; anything else is a mistake of ours and shows its traceback.
 """
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 
 from nodegraph.errors import GraphError, near_miss
@@ -29,44 +32,88 @@ COMMANDS = {
 }
 
 INTERRUPTED = 130
+TERMINATED = 143
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
-    try:
+    from nodegraph.cli.terminal import own_output
+
+    if arguments is None:
+        signal.signal(signal.SIGTERM, _terminate)
+    with own_output():
         # A tuple, since `list` names a command here as soon as that one was imported.
-        code = _dispatch(tuple(sys.argv[1:] if arguments is None else arguments))
-        sys.stdout.flush()
-        return code
+        code = _guarded(tuple(sys.argv[1:] if arguments is None else arguments))
+    busy = any(thread.name == "nodegraph-engine" for thread in threading.enumerate())
+    if arguments is None and busy and code in (INTERRUPTED, TERMINATED):
+        _leave(code)
+    return code
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM, as a queue of a cluster sends it: ends things as Ctrl-C does."""
+
+
+def _terminate(*_: object) -> None:
+    raise _Terminated
+
+
+def _leave(code: int) -> None:
+    """End the program without waiting for a library call that cannot be stopped, and without a half file."""
+    atomic = sys.modules.get("nodegraph.formats.atomic")
+    if atomic is not None:
+        atomic.remove_parts()
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            with contextlib.suppress(OSError):
+                stream.flush()
+    os._exit(code)
+
+
+def _guarded(arguments: tuple[str, ...]) -> int:
+    """Run one command; its mistakes become one sentence, and one JSON document where that was asked for."""
+    try:
+        return _dispatch(arguments)
     except GraphError as error:
-        print(f"nodegraph: {error}", file=sys.stderr)
-        return error.exit_code
-    except KeyboardInterrupt:
-        print("nodegraph: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return _refuse(str(error), error.exit_code, arguments)
+    except KeyboardInterrupt as error:
+        terminated = isinstance(error, _Terminated)
+        return _refuse(
+            "terminated" if terminated else "interrupted", TERMINATED if terminated else INTERRUPTED, arguments
+        )
     except BrokenPipeError:
-        # The reader of our output went away, as `| head` does. Python would complain again when it closes stdout.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        return 0  # the reader of our output went away, as `| head` does
     except OSError as error:
         # A disk that is full, a folder that may not be written: the system's sentence names the cure.
         if error.errno is None:
             raise
         place = f"{error.filename}: " if error.filename else ""
-        print(f"nodegraph: {place}{(error.strerror or str(error)).lower()}", file=sys.stderr)
-        return 2
+        return _refuse(f"{place}{(error.strerror or str(error)).lower()}", 2, arguments)
+
+
+def _refuse(message: str, code: int, arguments: tuple[str, ...]) -> int:
+    from nodegraph.cli.terminal import answer, say
+
+    say(message)
+    if "--json" in arguments:
+        import json
+
+        with contextlib.suppress(OSError):
+            answer(json.dumps({"ok": False, "exit_code": code, "error": message}, indent=1))
+    return code
 
 
 def _dispatch(arguments: tuple[str, ...]) -> int:
     from nodegraph.cli.arguments import Parser, UsageError
+    from nodegraph.cli.terminal import answer
 
     if not arguments or arguments[0] in ("-h", "--help", "help"):
-        print(_overview())
+        answer(_overview())
         return 0
     if arguments[0] in ("-V", "--version"):
         import nodegraph
 
-        print(f"nodegraph {nodegraph.__version__}")
+        answer(f"nodegraph {nodegraph.__version__}")
         return 0
     name = arguments[0]
     if name not in COMMANDS:

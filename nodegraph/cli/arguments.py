@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import NoReturn
 
+from nodegraph.cli.terminal import answer
 from nodegraph.errors import GraphError
 
 DEVICES = ("auto", "gl", "cl", "cl64")
@@ -22,6 +23,10 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: object) -> None:
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False, **options)  # type: ignore[arg-type]
+
+    def print_help(self, file: object = None) -> None:
+        """Print the whole help on the standard output, which belongs to answers."""
+        answer(self.format_help().rstrip())
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message}; see {self.prog} --help")

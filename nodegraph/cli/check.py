@@ -11,6 +11,7 @@ import platform
 from typing import TYPE_CHECKING, Any
 
 from nodegraph.cli.arguments import DEVICES
+from nodegraph.cli.terminal import answer, say
 from nodegraph.errors import DeviceMissing
 
 if TYPE_CHECKING:
@@ -32,13 +33,14 @@ def run(arguments: argparse.Namespace) -> int:
 
     findings = survey()
     if arguments.json:
-        print(json.dumps(_document(findings), indent=1))
+        answer(json.dumps(_document(findings), indent=1))
     elif not arguments.quiet:
-        print("\n".join(_lines(findings)))
+        answer("\n".join(_lines(findings)))
     for name in arguments.require:
         if not any(finding.available for finding in findings if finding.name == name):
             lacking = next(finding for finding in findings if finding.name == name)
-            raise DeviceMissing(f"{lacking.description}{_cure(lacking)}")
+            say(f"{lacking.description}{_cure(lacking)}")
+            return DeviceMissing.exit_code
     return 0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from nodegraph.cli.arguments import UsageError
+from nodegraph.cli.terminal import answer
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -26,5 +27,5 @@ def run(arguments: argparse.Namespace) -> int:
     options = {} if arguments.time is None else {"time": arguments.time}
     value = (formats.read_labels if arguments.labels else formats.read)(arguments.source, **options)
     formats.write(value, arguments.target)
-    print(arguments.target)
+    answer(arguments.target)
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from nodegraph.cli.terminal import say
+from nodegraph.cli.terminal import answer, say
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -29,10 +29,10 @@ def run(arguments: argparse.Namespace) -> int:
     for name in changed:
         path = folder / name
         if name in pages:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            formats.make_folder(path.parent)
             with formats.replacing(path) as part:
                 part.write_text(pages[name], "utf-8")
         else:
             path.unlink()
-        print(path)
+        answer(str(path))
     return 0

@@ -6,6 +6,7 @@ import argparse
 
 from nodegraph.cli.arguments import add_run_options
 from nodegraph.cli.opening import open_workspace
+from nodegraph.cli.terminal import answer
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -19,5 +20,5 @@ def run(arguments: argparse.Namespace) -> int:
 
     network = open_workspace(arguments.file, arguments.set)
     with Engine(device=arguments.device) as engine:
-        print(explain.explain(engine, network, arguments.view or None, size=arguments.size))
+        answer(explain.explain(engine, network, arguments.view or None, size=arguments.size))
     return 0

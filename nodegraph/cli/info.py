@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nodegraph.cli.opening import open_workspace
+from nodegraph.cli.terminal import answer
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -26,16 +27,16 @@ def run(arguments: argparse.Namespace) -> int:
     if suffix == ".json" or (suffix == ".png" and _carries_workspace(arguments.file)):
         told |= _workspace(arguments.file)
     if arguments.json:
-        print(json.dumps(told, indent=1))
+        answer(json.dumps(told, indent=1))
         return 0
     width = max(map(len, told))
     for name, value in told.items():
         if isinstance(value, dict):
-            print(f"{name}:")
+            answer(f"{name}:")
             for inner, text in value.items():
-                print(f"  {inner}: {text}")
+                answer(f"  {inner}: {text}")
         else:
-            print(f"{name:{width}}  {_plain(value)}")
+            answer(f"{name:{width}}  {_plain(value)}")
     return 0
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 
+from nodegraph.cli.terminal import answer
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("words", nargs="*", metavar="WORD", help="only processors whose id or text has all these words")
@@ -21,7 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
         if all(word in f"{entry['id']} {entry.get('doc', '')}".lower() for word in wanted)
     ]
     if arguments.json:
-        print(json.dumps(entries, indent=1))
+        answer(json.dumps(entries, indent=1))
         return 0
     width = max((len(entry["id"]) for entry in entries), default=0)
     for entry in entries:
@@ -29,5 +31,5 @@ def run(arguments: argparse.Namespace) -> int:
             text = f"unavailable: {entry['unavailable']} ({entry['file']})"
         else:
             text = entry["doc"].split("\n", 1)[0]
-        print(f"{entry['id']:{width}}  {text}")
+        answer(f"{entry['id']:{width}}  {text}")
     return 0

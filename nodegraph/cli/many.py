@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nodegraph.cli.arguments import UsageError, add_run_options
-from nodegraph.cli.terminal import Progress, say
+from nodegraph.cli.destination import require_room
+from nodegraph.cli.terminal import Progress, answer, say
 
 if TYPE_CHECKING:
     from nodegraph.batch import Outcome, Task
@@ -94,6 +95,7 @@ def make_tasks(arguments: argparse.Namespace, network: Network, variants: Sequen
     for place, value in dict.fromkeys(pair for variant in variants for pair in variant.assignments):
         assign(network, place, value)
     out = Path(arguments.out).absolute()
+    require_room(arguments.out, out)
     tasks = []
     for variant in variants:
         folder = out / variant.name
@@ -148,12 +150,11 @@ def tell(outcomes: Sequence[Outcome], *, as_json: bool) -> int:
     """Print how the tasks ended, and return the exit code."""
     failed = [outcome for outcome in outcomes if outcome.state == "failed"]
     if as_json:
-        print(json.dumps({"ok": not failed, "tasks": [asdict(outcome) for outcome in outcomes]}, indent=1))
+        answer(json.dumps({"ok": not failed, "tasks": [asdict(outcome) for outcome in outcomes]}, indent=1))
     else:
         for outcome in outcomes:
             for file in outcome.files:
-                print(file)
-    sys.stdout.flush()
+                answer(file)
     for note in dict.fromkeys(note for outcome in outcomes for note in outcome.notes):
         say(note)
     for outcome in failed:

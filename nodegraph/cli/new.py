@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import argparse
 
+from nodegraph.cli.terminal import answer
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("what", choices=("processor",), help="what to write")
@@ -19,5 +21,5 @@ def run(arguments: argparse.Namespace) -> int:
     from nodegraph import scaffold
 
     for path in scaffold.new_processor(arguments.name, arguments.folder, glsl=arguments.glsl):
-        print(path)
+        answer(str(path))
     return 0

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from nodegraph.cli.arguments import add_run_options
+from nodegraph.cli.arguments import UsageError, add_run_options
 from nodegraph.cli.destination import Destination
 from nodegraph.cli.opening import open_workspace
-from nodegraph.cli.terminal import Progress, say
+from nodegraph.cli.terminal import Progress, answer, say
 
 if TYPE_CHECKING:
     from nodegraph.report import Event, Report
@@ -39,6 +38,8 @@ def run(arguments: argparse.Namespace) -> int:
     network = open_workspace(arguments.file, arguments.set)
     sinks = arguments.view or None
     views = views_of(network.flatten(), sinks)
+    if not sinks and not network.nodes:
+        raise UsageError(f"{arguments.file}: the workspace has no nodes, so there is nothing to run")
     destination = Destination(arguments.out, views)
 
     files = []
@@ -51,13 +52,12 @@ def run(arguments: argparse.Namespace) -> int:
             files.append(str(path))
         device = engine.device_in_use
     if arguments.json:
-        print(json.dumps(document(report, arguments.file, files, device, time.perf_counter() - start), indent=1))
+        answer(json.dumps(document(report, arguments.file, files, device, time.perf_counter() - start), indent=1))
     else:
         if device is not None:
             say(f"device {device['reason']}")
         for file in files:
-            print(file)
-    sys.stdout.flush()
+            answer(file)
     tell(report)
     return report.exit_code
 

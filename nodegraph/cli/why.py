@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from nodegraph.cli.arguments import add_run_options
 from nodegraph.cli.opening import open_workspace
+from nodegraph.cli.terminal import answer
 
 if TYPE_CHECKING:
     from nodegraph.plan import Plan, Task
@@ -37,12 +38,12 @@ def run(arguments: argparse.Namespace) -> int:
         now = engine.plan(network, sinks, size=arguments.size)
         first, second = _task(before, arguments.node), _task(now, arguments.node)
         if not arguments.set or first is None or second is None:
-            print(explain.why(engine, network, arguments.node, sinks, size=arguments.size))
+            answer(explain.why(engine, network, arguments.node, sinks, size=arguments.size))
         elif first.fingerprint == second.fingerprint:
-            print(f"{arguments.node}: stays clean: nothing that it depends on changes")
+            answer(f"{arguments.node}: stays clean: nothing that it depends on changes")
         else:
             differences = explain.changes((first, before.tasks), (second, now.tasks))
-            print(f"{arguments.node}: runs again: {'; '.join(differences)}")
+            answer(f"{arguments.node}: runs again: {'; '.join(differences)}")
     return 0
 
 

@@ -23,9 +23,9 @@ from typing import Any
 
 from nodegraph.data import Labels, Value, Volume
 from nodegraph.errors import FormatError, near_miss
-from nodegraph.formats.atomic import replacing
+from nodegraph.formats.atomic import make_folder, replacing
 
-__all__ = ["find", "info", "read", "read_labels", "replacing", "suffixes", "write"]
+__all__ = ["find", "info", "make_folder", "read", "read_labels", "replacing", "suffixes", "write"]
 
 BUILT_IN = {
     ".nii": "nifti",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import errno
 import os
@@ -10,6 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from nodegraph.errors import FormatError
+
+_parts: set[Path] = set()
 
 
 @contextlib.contextmanager
@@ -27,6 +30,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     if not target.parent.is_dir():
         raise FormatError(f"the folder {target.parent} does not exist; create it first", file=os.fspath(path))
     part = target.with_name(f".{target.name[:100]}.{secrets.token_hex(4)}.part")
+    _parts.add(part)
     try:
         # Not tempfile: its files are private to the user, whatever the umask says.
         os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
@@ -40,6 +44,26 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         if isinstance(error, OSError):
             raise FormatError(f"cannot be written: {_reason(error)}", file=os.fspath(path)) from error
         raise
+    finally:
+        _parts.discard(part)
+
+
+@atexit.register
+def remove_parts() -> None:
+    """Remove what threads are still writing, when the program ends without waiting for them."""
+    for part in list(_parts):
+        with contextlib.suppress(OSError):
+            part.unlink()
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder and those above it, where they are not there yet. Raises FormatError."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise FormatError("a file is in the way of this folder; choose another place", file=os.fspath(path)) from None
+    except OSError as error:
+        raise FormatError(f"this folder cannot be made: {_reason(error)}", file=os.fspath(path)) from error
 
 
 def _reason(error: OSError) -> str:

@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nodegraph import formats
+from nodegraph import formats, registry
 from nodegraph.data import Image
+from nodegraph.errors import FormatError
 
 Cli = Callable[..., "tuple[int, str, str]"]
 
@@ -52,6 +53,67 @@ def test_one_file_needs_exactly_one_view(cli, workspace, tmp_path) -> None:
     assert not (tmp_path / "a.png").exists()
     assert cli("run", file, "--view", "other", "--out", tmp_path / "a.exr").code == 0
     np.testing.assert_allclose(picture(tmp_path / "a.exr").color[0, 0], [0.5, 0.5, 0.5, 1.0])
+
+
+def test_a_place_that_cannot_be_written_to_is_refused_before_anything_runs(cli, workspace, tmp_path) -> None:
+    (tmp_path / "file").write_text("mine")
+    file = workspace(picture={"type": "trial.faulty", "version": 1})
+    for out in ("file", "file/deeper", "file/a.png"):
+        ran = cli("run", file, "--view", "picture", "--out", tmp_path / out)
+        assert (ran.code, ran.out) == (2, "")
+        assert f"{tmp_path / 'file'} is no folder" in ran.err
+        assert len(ran.err.splitlines()) == 1
+    assert cli("sweep", workspace(), "--vary", "picture.level=0,1", "--out", tmp_path / "file").code == 2
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_folder_that_turns_into_a_file_meanwhile_is_one_sentence(tmp_path) -> None:
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(FormatError, match="file/deeper: a file is in the way of this folder; choose another place"):
+        formats.make_folder(tmp_path / "file" / "deeper")
+
+
+def test_a_workspace_without_nodes_is_nothing_to_run(cli, tmp_path) -> None:
+    (tmp_path / "bare.json").write_text('{"nodegraph": 1}')
+    ran = cli("run", tmp_path / "bare.json")
+    assert ran.code == 2
+    assert "no nodes" in ran.err
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("return 3", "wrong.image: expected an Image, got an int"),
+        ("return None", "wrong.image: process() returned nothing for this output"),
+        ("raise ValueError('two\\n lines')", "wrong: ValueError: two lines (wrong.py, line 8)"),
+        ("raise Mute", "wrong: Mute: no message (wrong.py, line 8)"),
+    ],
+)
+def test_a_processor_that_breaks_its_own_word_gives_1(tmp_path, workspace, cli, monkeypatch, body, said) -> None:
+    (tmp_path / "own" / "trial").mkdir(parents=True)
+    (tmp_path / "own" / "trial" / "wrong.py").write_text(WRONG.format(body=body))
+    monkeypatch.setenv("NODEGRAPH_PATH", str(tmp_path / "own"))
+    registry.default.cache_clear()
+    node = {"type": "trial.wrong", "version": 1}
+    ran = cli(
+        "run", workspace(picture=None, wrong=node, view={"type": "output.view", "inputs": {"image": "wrong.image"}})
+    )
+    assert ran.code == 1
+    assert ran.err.splitlines()[0] == f"nodegraph: {said}"
+
+
+WRONG = '''"""Wrong."""
+from nodegraph import Output, Processor
+from nodegraph.data import Image
+class Wrong(Processor):
+    """Wrong."""
+    image = Output(Image, doc="A picture.")
+    def process(self):
+        {body}
+class Mute(Exception):
+    def __str__(self):
+        raise RuntimeError
+'''
 
 
 def test_pictures_of_other_kinds_are_refused_before_anything_runs(cli, workspace, tmp_path) -> None:
@@ -120,6 +182,9 @@ def test_paths_that_are_set_are_relative_to_the_current_folder(cli, workspace, t
         ("picture.shade=rampp", "did you mean 'ramp'"),
         ("picture.number=1.5", "picture.number"),
         ("picture.offset=1,2,3", "picture.offset"),
+        pytest.param("picture.offset=" + "[" * 100_000, "picture.offset", id="nested"),
+        ("picture.shade=RAMP", "did you mean 'ramp'"),
+        ("/picture.level=1", "/picture: no such group"),
         ("picture=1", "node.param"),
         ("picture.level", "node.param=value"),
         ("=1", "node.param=value"),
