@@ -84,11 +84,19 @@ class DeviceService:
         return dict(self._device.limits)
 
     def run(
-        self, kernel: str, size: Any, *, defines: Mapping[str, Any] | None = None, work: float = 1.0, **bindings: Any
+        self,
+        kernel: str,
+        size: Any,
+        *,
+        defines: Mapping[str, Any] | None = None,
+        work: float = 1.0,
+        turns: float = 0,
+        **bindings: Any,
     ) -> Any:
         """Run a kernel over (width, height) pixels or (x, y, z) voxels; returns a Buffer, or a named tuple of Buffers.
 
-        ``work`` tells how dear a pixel or voxel is, relative to other runs, where a parameter decides about that.
+        ``work`` tells how dear a pixel or voxel is, relative to other runs, where a parameter decides about that;
+        ``turns`` how many turns its loops may take in all. A driver that ends loops earlier refuses: DeviceError.
         Raises GraphError for a kernel that the processor does not declare, ShaderError, DeviceError, Cancelled.
         """
         if kernel not in self._processor.kernels:
@@ -101,7 +109,14 @@ class DeviceService:
         try:
             source = kernel_source(self._processor, kernel)
             return self._device.run(
-                source, size, defines=defines, check=self._check, progress=self._progress, work=work, **bindings
+                source,
+                size,
+                defines=defines,
+                check=self._check,
+                progress=self._progress,
+                work=work,
+                turns=turns,
+                **bindings,
             )
         finally:
             self.seconds += time.perf_counter() - started

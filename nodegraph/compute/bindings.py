@@ -13,7 +13,7 @@ from nodegraph.compute.language import FieldDecl, Layout, Leaf, Matrix, Module, 
 from nodegraph.data.buffer import Array, Buffer
 from nodegraph.errors import ParameterError, near_miss
 
-RESERVED = ("kernel", "size", "defines", "check", "progress", "work")
+RESERVED = ("kernel", "size", "defines", "check", "progress", "work", "turns")
 """Names of the arguments of `Device.run`: no uniform can be bound under these."""
 
 NAMED_OUTPUTS = {

@@ -72,6 +72,7 @@ class Device(ABC):
         check: Callable[[], None] | None = None,
         progress: Callable[[float], None] | None = None,
         work: float = 1.0,
+        turns: float = 0,
         **bindings: Any,
     ) -> Any:
         """Run a kernel over ``size``, (w, h) pixels or (x, y, z) voxels, and return what it computes.
@@ -80,7 +81,8 @@ class Device(ABC):
         bound by its name. The result is a Buffer (h, w[, c]) or (z, y, x[, c]), or a named tuple of them; it stays on
         the device until ``.array`` is read, and may be bound to a later run as it is. ``check()`` is called between
         strips and may raise Cancelled; ``progress(fraction)`` after each. ``work`` tells how dear a pixel or voxel is,
-        relative to other runs of this kernel, where a parameter decides about that: strips are cut by it.
+        relative to other runs of this kernel, where a parameter decides about that: strips are cut by it. ``turns`` is
+        how many turns the loops of one pixel or voxel may take in all, where that may be tens of thousands.
 
         ParameterError for bindings, ShaderError for the kernel, DeviceError when the device cannot.
         """
@@ -93,6 +95,12 @@ class Device(ABC):
         if module is None:
             module = self._modules[key] = self.compile(source, defines or {})
         grid = _grid(size, module.entry, label)
+        most = self.limits.get("turns")
+        if most is not None and turns > most:
+            raise DeviceError(
+                f"{self.name}: {label}: up to {turns:.0f} turns of a loop for one {module.entry}, and this driver ends "
+                f"loops after {most}; use a greater step, or --device cl"
+            )
         check_names(module, bindings, label)
 
         placements = self._place(module, bindings, label)

@@ -32,6 +32,8 @@ from nodegraph.errors import DeviceError, DeviceMissing
 PACKAGES = "apt install libegl1 libgl1"
 LLVMPIPE_OBJECT_BYTES = 1792 << 20
 """Above 1.75 GiB llvmpipe makes a texture without storage and says nothing of it."""
+LLVMPIPE_TURNS = 65535
+"""So many turns do all loops of one invocation take together on llvmpipe; then they end, and it says nothing of it."""
 
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software", "swiftshader", "gdi generic", "basic render")
 _VERTEX = """#version 330
@@ -101,6 +103,7 @@ class GLDevice(Device):
             "object_bytes": LLVMPIPE_OBJECT_BYTES if llvmpipe else None,
             "fields": int(info["GL_MAX_TEXTURE_IMAGE_UNITS"]),
             "outputs": int(info["GL_MAX_DRAW_BUFFERS"]),
+            "turns": LLVMPIPE_TURNS if llvmpipe else None,
             # llvmpipe interpolates with float weights; hardware with 8 bits, too coarse for a measured picture.
             "filtering": llvmpipe or os.environ.get("NODEGRAPH_FILTER") == "hardware",
         }

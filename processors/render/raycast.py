@@ -134,5 +134,8 @@ class Raycast(Processor):
         }
         # What a ray costs is its samples; a few hundred are nothing out of the ordinary.
         samples = float(np.linalg.norm(volume.corners[7] - volume.corners[0])) / step_length
-        result = device.run("render/raycast", size, defines=defines, work=max(samples / 500.0, 0.1), **bindings)
+        # A lit sample takes up to four turns of loops, as some drivers count (branches are printed as loops).
+        turns = samples * (4 if lit and mode == "composite" else 1) + 100
+        work = max(samples / 500.0, 0.1)
+        result = device.run("render/raycast", size, defines=defines, work=work, turns=turns, **bindings)
         return Image(result.color, result.depth)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from nodegraph import Network
 from nodegraph.data import Camera, Image, Light, Mapping, TransferFunction, Volume
 from nodegraph.data.space import centred
-from nodegraph.errors import ParameterError, PortError
+from nodegraph.engine import Engine
+from nodegraph.errors import DeviceError, ParameterError, PortError
 from tests.support.calls import call
 
 SIZE = (32, 26)
@@ -158,3 +160,39 @@ def test_a_gradient_of_another_grid_is_refused(device):
     moved = Volume(call("filter.gradient", device, volume=ball()).data, centred((16, 16, 16), (2.9, 3.0, 3.0)))
     with pytest.raises(PortError, match="another grid"):
         render(device, ball(), gradient=moved)
+
+
+def slab(depth=100):
+    return Volume(np.ones((4, depth, 4), np.float32))
+
+
+@pytest.mark.parametrize("lit", [False, True])
+def test_a_hundred_thousand_samples_a_ray_hide_what_one_does(device, lit):
+    """llvmpipe ends loops after 65535 turns and says nothing: there such a run is refused, and none loses a sample."""
+    tf = TransferFunction([(0.0, (1, 1, 1), 0.01), (1.0, (1, 1, 1), 0.01)])
+    camera = Camera(eye=(0, -300, 0), target=(0, 0, 0), projection="orthographic", height=1.0)
+    most = device.limits.get("turns")
+    for step in (1e-3, 1.7e-3, 4e-3, 7e-3, 1.0):
+        params = {"transfer_function": tf, "step": step, "lit": lit}
+        if most is not None and 100 / step * (4 if lit else 1) > most:
+            with pytest.raises(DeviceError, match="ends loops after"):
+                render(device, slab(), camera, (2, 2), **params)
+        else:
+            image = render(device, slab(), camera, (2, 2), **params)
+            assert np.abs(image.color[..., 3] - (1 - 0.99**100)).max() < 1e-4
+
+
+def test_a_step_that_opengl_cannot_count_runs_on_the_next_device():
+    network = Network()
+    for type, path in (("source.synthetic", "source"), ("render.raycast", "raycast"), ("output.view", "view")):
+        network.add(type, path)
+    network.connect("source.volume", "raycast.volume")
+    network.connect("raycast.image", "view.image")
+    network["source"].voxels = (2, 100, 2)
+    network["source"].extent = (0.2, 100.0, 0.2)
+    network["raycast"].step = 1e-3
+    with Engine(device="gl", disk=False) as engine:
+        report = engine.evaluate(network, size=(2, 2))
+        assert not report.errors
+        limited = engine.devices.opened[0].limits["turns"] is not None
+        assert any("ends loops after" in note and "running on cl" in note for note in report.notes) == limited
