@@ -130,10 +130,11 @@ class Engine:
         owner = _root(network)
         named = (sinks,) if isinstance(sinks, str) else None if sinks is None else tuple(sinks)
         values = dict(given or {})
+        document = _document(owner, flat)
 
         def attempt(evaluation: Evaluation, notice: str = "") -> Report:
             plan = self._planner(owner).plan(flat, named, size=size, quality=quality, given=values)
-            self._run = run = Run(plan, self._context, on_event, lambda: evaluation.cancelled)
+            self._run = run = Run(plan, self._context, on_event, lambda: evaluation.cancelled, document)
             try:
                 if notice:
                     run.teller.note(notice)
@@ -408,6 +409,20 @@ def _root(network: Network | Flat) -> Any:
     The inside of a group belongs to its document.
     """
     return getattr(network, "root", None)
+
+
+def _document(owner: Network | None, flat: Flat) -> Callable[[str], str]:
+    """The service ``workspace``: the text of the workspace as it is now, for a file at a path.
+
+    There is none of a snapshot that stands alone, nor where no processor asks for it.
+    """
+    processors = (node.processor for node in flat.nodes.values())
+    if owner is None or not any(p is not None and "workspace" in p.services for p in processors):
+        return lambda path: ""
+    from nodegraph import workspace
+
+    text = workspace.dumps(owner)
+    return lambda path: workspace.moved(text, os.path.dirname(os.path.abspath(path)))
 
 
 def _close_all() -> None:

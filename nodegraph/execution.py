@@ -120,6 +120,7 @@ def _services(run: Run, place: int, device: Any, memos: list[str], notes: list[s
         "progress": lambda: progress,
         "device": lambda: DeviceService(device, processor, task.path, run.check, progress),
         "gl": lambda: open_raster(device, task.path),
+        "workspace": lambda: run.document,
         "memo": lambda: Memo(
             task.path,
             run.context.cache,

@@ -57,7 +57,9 @@ def parse(text: str, file: str = "") -> Any:
     except RecursionError:
         raise WorkspaceError(f"nested more than {DEEPEST} levels deep", file=file) from None
     except ValueError:
-        raise WorkspaceError("a number cannot be read: it has thousands of digits; write a smaller one", file=file) from None
+        raise WorkspaceError(
+            "a number cannot be read: it has thousands of digits; write a smaller one", file=file
+        ) from None
     _check(value, file)
     return value
 

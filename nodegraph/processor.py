@@ -82,6 +82,9 @@ class Processor:
         if not abstract:
             process = cls.__dict__.get("process", getattr(cls, "process", None))
             cls.services = check_signature(cls.__name__, process, cls.inputs, cls.params, cls.outputs)
+            if "workspace" in cls.services and not cls.effect:
+                # It is in no fingerprint, since every edit of any node changes it.
+                raise TypeError(f"{cls.__name__}.process: only an effect may ask for the workspace; set effect = True")
             cls.generator = is_generator(process)
         if len(cls.outputs) > 1:
             cls.Outputs = namedtuple("Outputs", list(cls.outputs), defaults=[None] * len(cls.outputs))  # type: ignore[misc]

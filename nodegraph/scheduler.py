@@ -67,8 +67,16 @@ def run(
 class Run:
     """One evaluation. All methods run on the engine's thread unless they say otherwise."""
 
-    def __init__(self, plan: Plan, context: Context, on_event: Observer | None, cancelled: Callable[[], bool]) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        context: Context,
+        on_event: Observer | None,
+        cancelled: Callable[[], bool],
+        document: Callable[[str], str] = lambda path: "",
+    ) -> None:
         self.plan = plan
+        self.document = document  # the service ``workspace`` of effects
         self.report = Report()
         self.teller = Teller(self.report, on_event)
         self._emit = self.teller.emit

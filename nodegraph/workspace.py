@@ -57,6 +57,11 @@ def dumps(network: Network, *, folder: str | os.PathLike[str] | None = None) -> 
     return json_text.write(document(network.root, None if folder is None else os.path.abspath(folder)))
 
 
+def moved(text: str, folder: str | os.PathLike[str]) -> str:
+    """The text that `dumps` returned without a folder, for a file in this one."""
+    return dumps(loads(text), folder=folder)
+
+
 def save(network: Network, path: str | os.PathLike[str] | None = None) -> None:
     """Write a workspace so that the file is the old one or the new one at any time, and never half of it.
 

@@ -10,9 +10,9 @@ from nodegraph.errors import ParameterError
 class ImageFile(Processor):
     """Write a picture to a PNG or OpenEXR file, or to any format that a plug-in brings.
 
-    A PNG is for looking at: sRGB, 8 or 16 bits, clipped to what a screen shows. An EXR is for computing: linear, not
-    clipped, with depth and ids where the picture has them. The file appears whole or not at all; an older one is
-    replaced.
+    A PNG is for looking at: sRGB, 8 or 16 bits, clipped to what a screen shows; it carries the workspace that made it
+    and may stand wherever a workspace is expected. An EXR is for computing: linear, not clipped, with depth and ids
+    where the picture has them. The file appears whole or not at all; an older one is replaced.
     """
 
     effect = True
@@ -29,14 +29,15 @@ class ImageFile(Processor):
     bits = Choice("8", "16", doc="Bits per channel of a PNG.")
     half = Bool(False, doc="Store the colour of an EXR in 16 bits instead of 32.")
 
-    def process(self, image, path, width, height, background, color, bits, half):
+    def process(self, image, path, width, height, background, color, bits, half, *, workspace):
         from nodegraph import formats
 
         if not path:
             raise ParameterError("path: no file is named; name one, for example picture.png")
         options = {}
         if path.lower().endswith(".png"):
-            options = {"bits": int(bits), "background": color if background == "color" else None}
+            behind = color if background == "color" else None
+            options = {"bits": int(bits), "background": behind, "workspace": workspace(path)}
         elif path.lower().endswith(".exr"):
             options = {"half": half}
         formats.write(image, path, **options)

@@ -286,3 +286,15 @@ def test_describe_is_json() -> None:
 def test_names(name: str, stem: str) -> None:
     assert snake(name) == stem
     assert camel(stem).lower() == name.lower()
+
+
+def test_only_an_effect_may_ask_for_the_workspace() -> None:
+    with pytest.raises(TypeError, match="only an effect may ask for the workspace; set effect = True"):
+
+        class Nosy(Processor):
+            """Reads what no fingerprint holds."""
+
+            text = Output(str, doc="The workspace.")
+
+            def process(self, *, workspace):
+                return workspace("a.json")

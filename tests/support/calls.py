@@ -17,5 +17,6 @@ def call(id: str, device: Any = None, size: tuple[int, int] | None = None, **val
     arguments |= values
     services = {"size": size, "device": device, "wanted": frozenset(cls.outputs), "quality": "final"}
     services["progress"] = lambda fraction, text="": None
+    services["workspace"] = lambda path: ""
     arguments |= {name: value for name, value in services.items() if name in cls.services}
     return cls().process(**arguments)
