@@ -1,7 +1,8 @@
 # `make demo` and `make test` set up everything they need; each is quick when that has been done before.
-VENV   ?= .venv
-PYTHON := $(VENV)/bin/python
-OUT    ?= demo-output
+# Named by the caller: VENV, the folder of the environment; PYTHON, what it is made with; OUT, where pictures go.
+VENV ?= .venv
+OUT  ?= demo-output
+RUN  := "$(VENV)/bin/python"
 
 .PHONY: help demo test quick bench docs lint types set-up-demo set-up-test clean
 
@@ -14,36 +15,36 @@ help:
 
 demo: set-up-demo
 	@for file in workspaces/*.json; do \
-	    $(PYTHON) -m nodegraph run "$$file" --out "$(OUT)/$$(basename "$$file" .json)" || exit 1; \
+	    $(RUN) -m nodegraph run "$$file" --out "$(OUT)/$$(basename "$$file" .json)" || exit 1; \
 	done
 
 test: set-up-test lint types
-	$(PYTHON) -m nodegraph check --require gl --require cl --require cl64 --quiet
-	$(PYTHON) -m nodegraph docs --check
-	$(PYTHON) -m pytest -q -n 2 --dist loadfile
+	$(RUN) -m nodegraph check --require gl --require cl --require cl64 --quiet
+	$(RUN) -m nodegraph docs --check
+	$(RUN) -m pytest -q -n 2 --dist loadfile
 
 quick: set-up-test lint types
-	$(PYTHON) -m pytest -q -n 2 --dist loadfile -m "not slow"
+	$(RUN) -m pytest -q -n 2 --dist loadfile -m "not slow"
 
 bench: set-up-test
-	$(PYTHON) -m tests.benchmarks
+	$(RUN) -m tests.benchmarks
 
 docs: set-up-test
-	$(PYTHON) -m nodegraph docs
+	$(RUN) -m nodegraph docs
 
 lint: set-up-test
-	$(PYTHON) -m ruff check .
-	$(PYTHON) -m ruff format --check .
-	$(VENV)/bin/lint-imports
+	$(RUN) -m ruff check .
+	$(RUN) -m ruff format --check .
+	"$(VENV)/bin/lint-imports"
 
 types: set-up-test
-	$(PYTHON) -m mypy
+	$(RUN) -m mypy
 
 set-up-demo:
-	@VENV=$(VENV) sh scripts/set_up.sh demo
+	@VENV="$(VENV)" sh scripts/set_up.sh demo
 
 set-up-test:
-	@VENV=$(VENV) sh scripts/set_up.sh test
+	@VENV="$(VENV)" sh scripts/set_up.sh test
 
 clean:
-	rm -rf $(OUT) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf "$(OUT)" build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -29,11 +29,7 @@ missing() {
     done
 }
 
-install() {  # the packages named, or a sentence that says what to install
-    if [ "$(id -u)" -ne 0 ]; then
-        say "not root, so nothing is installed; for all devices: sudo apt-get install $*"
-        return 1
-    fi
+install() {
     say "installing $*"
     log=$(mktemp)
     if { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@"; } >"$log" 2>&1; then
@@ -41,25 +37,40 @@ install() {  # the packages named, or a sentence that says what to install
     else
         tail -n 3 "$log" >&2
         rm -f "$log"
-        say "apt-get could not install $*: going on with what is there"
+        say "apt-get could not install $*"
         return 1
     fi
 }
 
 has_apt() { command -v apt-get >/dev/null 2>&1 && command -v dpkg-query >/dev/null 2>&1; }
+is_root() { [ "$(id -u)" -eq 0 ]; }
 
 if has_apt; then
     wanted=$(missing $packages)
     # shellcheck disable=SC2086  # a list of words
-    [ -z "$wanted" ] || install $wanted || true
+    if [ -z "$wanted" ]; then
+        :
+    elif is_root; then
+        install $wanted || say "going on with what is there"
+    else
+        say "not root, so going on with what is there; for all devices: sudo apt-get install $wanted"
+    fi
 fi
 
 # --- Python ----------------------------------------------------------------------------------------------------
 is_new_enough() { "$1" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; }
 
 find_python() {
-    for candidate in ${PYTHON:-} python3 python3.13 python3.12 python3.11 python; do
-        if command -v "$candidate" >/dev/null 2>&1 && is_new_enough "$candidate"; then
+    if [ -n "${PYTHON:-}" ]; then
+        if is_new_enough "$PYTHON"; then
+            command -v "$PYTHON"
+            return
+        fi
+        say "PYTHON=$PYTHON is no Python of 3.11 or newer: name one that is, or none"
+        return 1
+    fi
+    for candidate in python3 python3.14 python3.13 python3.12 python3.11 python; do
+        if is_new_enough "$candidate"; then
             command -v "$candidate"
             return
         fi
@@ -68,18 +79,35 @@ find_python() {
     return 1
 }
 
-if ! is_new_enough "$venv/bin/python"; then
+# Where an environment lies and which Python it stands on. One that was moved, whose Python went away, or whose making
+# was interrupted is made anew, and so is one that stands on another Python than PYTHON names.
+identity='import os, sys; print(os.path.realpath(sys.argv[1]), sys.base_prefix, *sys.version_info[:2])'
+identify() { "$1" -c "$identity" "$venv" 2>/dev/null; }
+is_sound() {
+    is_new_enough "$venv/bin/python" && "$venv/bin/python" -c 'import pip' 2>/dev/null || return 1
+    now=$(identify "$venv/bin/python")
+    [ "$now" = "$(cat "$venv/.made-of" 2>/dev/null || echo "$now")" ] || return 1
+    [ -z "${PYTHON:-}" ] || [ "$now" = "$(identify "$PYTHON")" ]
+}
+
+if ! is_sound; then
+    if [ -e "$venv" ] && [ ! -e "$venv/pyvenv.cfg" ] && [ -n "$(ls -A "$venv")" ]; then
+        say "VENV=$venv is there and no virtual environment: name another folder, or remove it"
+        exit 1
+    fi
     python=$(find_python)
     if ! "$python" -c 'import ensurepip, venv' 2>/dev/null; then
-        version=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
-        if ! has_apt || ! install "python$version-venv"; then
-            say "$python cannot make virtual environments: install python$version-venv"
+        package=$("$python" -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])')
+        if ! has_apt || ! is_root || ! install "$package"; then
+            say "$python cannot make virtual environments: install $package"
             exit 1
         fi
     fi
     say "making $venv with $("$python" --version)"
     "$python" -m venv --clear "$venv"
 fi
+echo '*' >"$venv/.gitignore"
+identify "$venv/bin/python" >"$venv/.made-of"
 
 # --- Python packages -------------------------------------------------------------------------------------------
 # The stamp holds what it was made from. `test` brings all that `demo` needs.
@@ -88,6 +116,9 @@ is_done() { [ -f "$venv/.ready-$1" ] && [ "$(cat "$venv/.ready-$1")" = "$recipe"
 
 if ! is_done "$goal" && ! { [ "$goal" = demo ] && is_done test; }; then
     say "installing Python packages for '$goal' into $venv"
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".$extras"
+    if ! "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".$extras"; then
+        say "pip could not install the packages, see above; when that is mended (is there a network?), say make $goal again"
+        exit 1
+    fi
     echo "$recipe" >"$venv/.ready-$goal"
 fi

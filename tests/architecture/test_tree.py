@@ -21,7 +21,7 @@ LOCAL = re.compile(r"(?<![\w.$)}])/(?:work|farm|root|home/\w+|Users/\w+)/|/tmp/w
 
 def tracked() -> list[Path]:
     """The files of the repository, with those that are new and not ignored."""
-    command = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
+    command = ["git", "-c", "safe.directory=*", "ls-files", "--cached", "--others", "--exclude-standard"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     return [ROOT / name for name in done.stdout.splitlines() if (ROOT / name).is_file()]
 
