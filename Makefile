@@ -4,7 +4,7 @@ VENV ?= .venv
 OUT  ?= demo-output
 RUN  := "$(VENV)/bin/python"
 
-.PHONY: help demo test quick bench docs lint types set-up-demo set-up-test clean
+.PHONY: help demo test quick bench docs devices lint types set-up-demo set-up-test clean
 
 help:
 	@echo "make demo    render the shipped workspaces into $(OUT)/"
@@ -18,12 +18,11 @@ demo: set-up-demo
 	    $(RUN) -m nodegraph run "$$file" --out "$(OUT)/$$(basename "$$file" .json)" || exit 1; \
 	done
 
-test: set-up-test lint types
-	$(RUN) -m nodegraph check --require gl --require cl --require cl64 --quiet
+test: set-up-test devices lint types
 	$(RUN) -m nodegraph docs --check
 	$(RUN) -m pytest -q -n 2 --dist loadfile
 
-quick: set-up-test lint types
+quick: set-up-test devices lint types
 	$(RUN) -m pytest -q -n 2 --dist loadfile -m "not slow"
 
 bench: set-up-test
@@ -31,6 +30,9 @@ bench: set-up-test
 
 docs: set-up-test
 	$(RUN) -m nodegraph docs
+
+devices: set-up-test
+	$(RUN) -m nodegraph check --require gl --require cl --require cl64 --quiet
 
 lint: set-up-test
 	$(RUN) -m ruff check .

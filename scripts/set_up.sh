@@ -53,7 +53,7 @@ if has_apt; then
     elif is_root; then
         install $wanted || say "going on with what is there"
     else
-        say "not root, so going on with what is there; for all devices: sudo apt-get install $wanted"
+        say "not root, so going on with what is there; for all devices: sudo apt-get install ${wanted% }"
     fi
 fi
 
