@@ -230,6 +230,19 @@ class Registry:
         return self._former
 
 
+def why_no_id(parts: tuple[str, ...]) -> str:
+    """Why a file at ``category/.../stem`` of a plug-in folder would not be found as a processor; "" where it would."""
+    bad = next((part for part in parts if not _PART.fullmatch(part)), None)
+    if bad is not None:
+        return f"{bad!r} is no name of a processor or category: use a-z, 0-9 and _"
+    if _NOT_PROCESSORS.fullmatch(parts[-1]):
+        return f"a file called {parts[-1]!r} is taken for something else than a processor"
+    category = next((part for part in parts[:-1] if part in _NOT_CATEGORIES), None)
+    if category is not None:
+        return f"a folder called {category!r} is taken for something else than a category"
+    return f"categories are at most {_DEEPEST} deep" if len(parts) > _DEEPEST + 1 else ""
+
+
 def _scan(folder: PluginFolder) -> Iterator[Entry]:
     """Files of a folder, as entries, in a stable order. A ``.glsl`` beside a ``.py`` of its stem belongs to that."""
     for path, parts in _files(folder.processors, (), 0):

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import keyword
-import re
 from pathlib import Path
 
+from nodegraph import registry
 from nodegraph.errors import CommandError
 from nodegraph.processor import Processor
 from nodegraph.signature import camel
 
-_PART = re.compile(r"[a-z][a-z0-9_]*")
+_TAKEN = ("Float", "Image", "Input", "Output", "Path", "Processor", "Volume")
+"""What the written files import."""
 
 _PYTHON = '''"""Scale the values of a volume."""
 
@@ -102,15 +103,13 @@ def new_processor(name: str, folder: str | Path = ".", *, glsl: bool = False) ->
     """
     id = name.strip().replace("/", ".").removesuffix(".py")
     parts = id.split(".")
-    for part in parts:
-        if not _PART.fullmatch(part):
-            raise CommandError(f"new processor {name}: {part!r} is no part of an id; write it as filter.sharpen")
-    if keyword.iskeyword(camel(parts[-1])) or hasattr(Processor, parts[-1]):
+    reason = registry.why_no_id(tuple(parts))
+    if reason:
+        raise CommandError(f"new processor {name}: {reason}; write it as filter.sharpen")
+    if keyword.iskeyword(camel(parts[-1])) or camel(parts[-1]) in _TAKEN or hasattr(Processor, parts[-1]):
         raise CommandError(f"new processor {name}: {parts[-1]!r} means something else in Python; choose another name")
-    if parts[0] in ("tests", "shaders", "workspaces", "docs", "data"):
-        raise CommandError(
-            f"new processor {name}: a category cannot be called {parts[0]!r}, which holds something else"
-        )
+    if id in registry.ids() and registry.default().entry(id).origin == "nodegraph":
+        raise CommandError(f"new processor {name}: nodegraph has a processor of this id; choose another name")
     top = Path(folder)
     stem = top.joinpath(*parts)
     source, test = stem.with_suffix(".glsl" if glsl else ".py"), top / "tests" / f"test_{'_'.join(parts)}.py"

@@ -6,10 +6,12 @@ reads half images wrongly. On a CPU the host's arrays are used where they lie.
 
 from __future__ import annotations
 
+import atexit
 import os
 import re
 import shutil
 import sys
+import tempfile
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -267,6 +269,7 @@ def aligned_empty(nbytes: int) -> Array:
 def import_pyopencl() -> Any:
     """Import pyopencl, or raise DeviceMissing with what to install."""
     _offer_empty_libraries()
+    _offer_kernel_cache()
     try:
         import pyopencl
     except ImportError as error:
@@ -285,6 +288,33 @@ def _offer_empty_libraries() -> None:
     before = os.environ.get("LIBRARY_PATH", "")
     if str(EMPTY_LIBRARIES) not in before.split(os.pathsep):
         os.environ["LIBRARY_PATH"] = os.pathsep.join(filter(None, (before, str(EMPTY_LIBRARIES))))
+
+
+def _offer_kernel_cache() -> None:
+    """Let PoCL and pyopencl start where the user's cache folder cannot be written to.
+
+    PoCL would hide its devices without a word, and pyopencl would fail at the first kernel.
+    """
+    global _unwritable
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    if not _is_writable(base):
+        os.environ.setdefault("PYOPENCL_NO_CACHE", "1")
+    folder = os.environ.get("POCL_CACHE_DIR") or os.path.join(base, "pocl", "kcache")
+    if not _is_writable(folder):
+        _unwritable = folder
+        os.environ["POCL_CACHE_DIR"] = own = tempfile.mkdtemp(prefix="nodegraph-kernels-")
+        atexit.register(shutil.rmtree, own, ignore_errors=True)
+
+
+def _is_writable(folder: str) -> bool:
+    """Whether files can be written into a folder, or into the one above that it would be made in."""
+    there = os.path.abspath(folder)
+    while not os.path.lexists(there):
+        there = os.path.dirname(there)
+    return os.path.isdir(there) and os.access(there, os.W_OK | os.X_OK)
+
+
+_unwritable = ""  # where PoCL would have kept its kernels
 
 
 def drivers() -> list[Any]:
@@ -349,4 +379,7 @@ def best_driver(precision: str) -> Any:
 def describe_driver(device: Any) -> str:
     """Return name and driver of an OpenCL device in one line."""
     platform = device.platform
-    return f"{device.name.strip()}, {platform.name.strip()} {device.driver_version.strip()}"
+    text = f"{device.name.strip()}, {platform.name.strip()} {device.driver_version.strip()}"
+    if _unwritable and "portable computing language" in platform.name.lower():
+        text += f" (builds its kernels anew, since {_unwritable} cannot be written to)"
+    return text

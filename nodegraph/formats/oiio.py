@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,10 +32,10 @@ def write(path: Path, name: Path, format: str, parts: list[Part]) -> None:
     if output is None:
         raise FormatError(f"this OpenImageIO writes no {format}: {_message(oiio)}", file=str(name))
     specs = tuple(_spec(oiio, part) for part in parts)
-    done = bool(output.open(str(path), specs) if len(specs) > 1 else output.open(str(path), specs[0]))
+    done = bool(output.open(_name(path), specs) if len(specs) > 1 else output.open(_name(path), specs[0]))
     for i, part in enumerate(parts):
         if done and i:
-            done = bool(output.open(str(path), specs[i], "AppendSubimage"))
+            done = bool(output.open(_name(path), specs[i], "AppendSubimage"))
         done = done and bool(output.write_image(part.pixels))
     done = bool(output.close()) and done
     if not done or not _is_whole(oiio, path, format, len(parts)):
@@ -51,7 +52,7 @@ def _is_whole(oiio: Any, path: Path, format: str, parts: int) -> bool:
             size = file.seek(0, 2)
             file.seek(max(0, size - 12))
             return file.read(12) == PNG_END
-    written = oiio.ImageInput.open(str(path))
+    written = oiio.ImageInput.open(_name(path))
     if written is None:
         _message(oiio)  # takes the message out of the library, which would show it to the next one who asks
         return False
@@ -87,7 +88,7 @@ def open_input(path: Path, format: str) -> Any:
 
     config = oiio.ImageSpec()
     config.attribute("oiio:UnassociatedAlpha", 1)
-    opened = oiio.ImageInput.open(str(path), config)
+    opened = oiio.ImageInput.open(_name(path), config)
     if opened is None:
         raise FormatError(f"no readable {format.upper()}: {_message(oiio)}", file=str(path))
     if opened.format_name() != format:
@@ -105,6 +106,14 @@ def read_pixels(opened: Any, subimage: int, count: int, type: str, path: Path) -
         raise FormatError(f"the pixels cannot be read: {_message(opened)}", file=str(path), field="data")
     array: Array = pixels
     return array
+
+
+def _name(path: Path) -> str:
+    """A path as the library takes it, which knows names in UTF-8 only, whatever the system does."""
+    try:
+        return os.fsencode(path).decode("utf-8")
+    except UnicodeDecodeError:
+        raise FormatError("this name is no UTF-8 text; rename the file or its folder", file=ascii(str(path))) from None
 
 
 def _message(source: Any) -> str:

@@ -62,3 +62,21 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "filter").write_text("a file is in the way")
     with pytest.raises(CommandError, match=r"filter/sharpen\.py: "):
         scaffold.new_processor("filter.sharpen", tmp_path)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "filter.test_x",
+        "filter.conftest",
+        "build.x",
+        "a.data.x",
+        "a.b.c.d.e.f.g.h",
+        "filter.volume",
+        "filter.gaussian_blur",
+    ],
+)
+def test_names_that_would_not_be_found_or_work_are_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(CommandError, match=f"new processor {name}: "):
+        scaffold.new_processor(name, tmp_path)
+    assert list(tmp_path.iterdir()) == []

@@ -137,6 +137,21 @@ def test_opencl_needs_no_c_compiler(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (0, "60.0\n"), done.stderr
 
 
+def test_opencl_needs_no_folder_to_keep_kernels_in(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    environment = {name: value for name, value in os.environ.items() if name != "POCL_CACHE_DIR"} | {
+        "XDG_CACHE_HOME": str(tmp_path / "file"),
+        "TMPDIR": str(tmp_path),
+    }
+    code = f"{RUN_ONE}\nprint(CLDevice('float').description)"
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    total, description = done.stdout.splitlines()
+    assert total == "60.0"
+    assert f"since {tmp_path / 'file' / 'pocl' / 'kcache'} cannot be written to" in description
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
 def test_the_folder_of_empty_libraries_is_searched_last(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LIBRARY_PATH", "/opt/own")
     for _twice in range(2):

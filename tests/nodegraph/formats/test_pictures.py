@@ -1,6 +1,7 @@
 """PNG and EXR: colour, depth, ids and the workspace that made them."""
 
 import json
+import os
 import struct
 import zlib
 
@@ -191,3 +192,11 @@ def test_an_exr_that_promises_too_much_is_refused_before_memory_is_taken(tmp_pat
     (tmp_path / "a.exr").write_bytes(blob)
     with pytest.raises(FormatError):
         formats.read(tmp_path / "a.exr")
+
+
+def test_a_name_that_is_no_utf8_is_one_sentence(tmp_path):
+    folder = tmp_path / os.fsdecode(b"\xff")
+    folder.mkdir()
+    with pytest.raises(FormatError, match="this name is no UTF-8 text; rename the file or its folder"):
+        formats.write(Image(np.zeros((2, 2, 4), np.float32)), folder / "a.png")
+    assert list(folder.iterdir()) == []
