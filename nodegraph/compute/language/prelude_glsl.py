@@ -26,8 +26,8 @@ UMOD = "uint ng_umod(uint a, uint b) { return b == 0u ? 0u : a % (b == 0u ? 1u :
 ISNAN = "bool ng_isnan(float x) { return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u; }"
 ISINF = "bool ng_isinf(float x) { return (floatBitsToUint(x) & 0x7fffffffu) == 0x7f800000u; }"
 
-#: expm1: Taylor's polynomial of degree 6 near 0, where e^x - 1 loses its digits; the driver's exp elsewhere. Ray-casters
-#: call it for every visible sample with x < 0, where it is good to 3e-6 of its value; above 0 as good as the driver's exp.
+#: expm1: Taylor's polynomial of degree 6 near 0, where e^x - 1 loses digits; the driver's exp elsewhere. Ray-casters
+#: call it for every visible sample with x < 0: good to 3e-6 of its value there, and above 0 as good as the driver's exp.
 EXPM1 = """float ng_expm1(float x) {
     float p = x * (1.0 / 720.0) + (1.0 / 120.0);
     p = p * x + (1.0 / 24.0);
