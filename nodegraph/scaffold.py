@@ -5,7 +5,7 @@ from __future__ import annotations
 import keyword
 from pathlib import Path
 
-from nodegraph import registry
+from nodegraph import formats, registry
 from nodegraph.errors import CommandError
 from nodegraph.processor import Processor
 from nodegraph.signature import camel
@@ -100,6 +100,7 @@ def new_processor(name: str, folder: str | Path = ".", *, glsl: bool = False) ->
     """Write ``category/stem.py`` (or ``.glsl``) and ``tests/test_stem.py`` below a plug-in folder; return their paths.
 
     ``name`` is the id, ``filter.sharpen``. Existing files are left alone: CommandError names the one in the way.
+    Raises FormatError for what the system refuses.
     """
     id = name.strip().replace("/", ".").removesuffix(".py")
     parts = id.split(".")
@@ -118,10 +119,8 @@ def new_processor(name: str, folder: str | Path = ".", *, glsl: bool = False) ->
             raise CommandError(f"new processor {name}: {path} exists already; nothing was written")
     texts = {source: _GLSL if glsl else _PYTHON, test: _GLSL_TEST if glsl else _PYTHON_TEST}
     for path, text in texts.items():
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+        formats.make_folder(path.parent)
+        with formats.replacing(path) as part:
             filled = text if path.suffix == ".glsl" else text.format(name=camel(parts[-1]), id=id)
-            path.write_text(filled, "utf-8")
-        except OSError as error:
-            raise CommandError(f"new processor {name}: {path}: {error.strerror}") from None
+            part.write_text(filled, "utf-8")
     return [source, test]

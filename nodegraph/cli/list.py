@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 
-from nodegraph.cli.terminal import answer
+from nodegraph.cli.terminal import answer, say
+from nodegraph.errors import near_miss
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +26,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         answer(json.dumps(entries, indent=1))
         return 0
+    if not entries:
+        ids = [word for id in registry.ids() for word in (id, *id.replace("_", ".").split("."))]
+        say(f"no processor has {' and '.join(wanted)} in its id or text{near_miss(' '.join(wanted), ids)}")
     width = max((len(entry["id"]) for entry in entries), default=0)
     for entry in entries:
         if "unavailable" in entry:

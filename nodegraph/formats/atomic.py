@@ -74,4 +74,6 @@ def _reason(error: OSError) -> str:
         errno.EPERM: "permission denied; write to a folder of yours",
         errno.EROFS: "the disk is read-only; write elsewhere",
     }
-    return cures.get(error.errno or 0, error.strerror or str(error) or type(error).__name__)
+    if error.errno is None:  # numpy says only how many bytes were written
+        return f"{error or type(error).__name__}; is the disk full?"
+    return cures.get(error.errno, error.strerror or type(error).__name__)

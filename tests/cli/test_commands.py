@@ -164,3 +164,9 @@ def test_progress_is_drawn_over_itself_on_a_terminal_only(monkeypatch) -> None:
     assert terminal.getvalue().endswith("100 %\r\x1b[K")
     assert max(map(len, terminal.getvalue().split("\r"))) < 90
     assert pipe.getvalue() == ""
+
+
+def test_a_list_of_nothing_says_so_with_the_near_miss(cli) -> None:
+    ran = cli("list", "gausian")
+    assert (ran.code, ran.out) == (0, "")
+    assert ran.err == "nodegraph: no processor has gausian in its id or text (did you mean 'gaussian'?)\n"

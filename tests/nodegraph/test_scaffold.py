@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from nodegraph import locations, scaffold
-from nodegraph.errors import CommandError
+from nodegraph.errors import CommandError, FormatError
 from nodegraph.registry import Registry
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -60,7 +61,7 @@ def test_nothing_is_overwritten(tmp_path: Path, glsl: bool) -> None:
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "filter").write_text("a file is in the way")
-    with pytest.raises(CommandError, match=r"filter/sharpen\.py: "):
+    with pytest.raises(FormatError, match="filter: a file is in the way of this folder; choose another place"):
         scaffold.new_processor("filter.sharpen", tmp_path)
 
 
@@ -80,3 +81,13 @@ def test_names_that_would_not_be_found_or_work_are_refused(tmp_path: Path, name:
     with pytest.raises(CommandError, match=f"new processor {name}: "):
         scaffold.new_processor(name, tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_cannot_be_written_leaves_no_half_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", refuse)
+    with pytest.raises(FormatError, match=r"sharpen.py: cannot be written: the disk is full"):
+        scaffold.new_processor("filter.sharpen", tmp_path)
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
