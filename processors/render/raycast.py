@@ -131,6 +131,7 @@ class Raycast(Processor):
             "GRADIENT": lit and gradient is not None,
             "INTERVAL": interval is not None,
             "TERMINATION": mode == "composite" and termination < 1.0,
+            "FINITE": volume.dtype.kind in "iu",
         }
         # What a ray costs is its samples; a few hundred are nothing out of the ordinary.
         samples = float(np.linalg.norm(volume.corners[7] - volume.corners[0])) / step_length

@@ -62,5 +62,9 @@ class Slice(Processor):
                 "lookup": transfer_function.lookup(TABLE_SIZE, level),
                 "thickness": transfer_function.reference_length,
             }
-        defines = {"NEAREST": interpolation == "nearest", "WINDOW": coloring == "window"}
+        defines = {
+            "NEAREST": interpolation == "nearest",
+            "WINDOW": coloring == "window",
+            "FINITE": volume.dtype.kind in "iu",
+        }
         return Image(device.run("render/slice", size, defines=defines, **bindings))

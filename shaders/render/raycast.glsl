@@ -71,9 +71,8 @@ vec3 point_at(Ray ray, float t) {
 
 #if MODE == 0
 // Colour and extinction of sample k of the ray.
-vec4 matter_at(Ray ray, int k) {
-    float t = (float(k) + 0.5) * step_length;
-    return classify(table, lookup, sample3(volume, point_at(ray, t)));
+vec4 matter_at(Ray ray, float k) {
+    return classify(table, lookup, sample3(volume, point_at(ray, (k + 0.5) * step_length)));
 }
 #endif
 
@@ -151,33 +150,35 @@ Result pixel(ivec2 at) {
     float hidden = 0.0;
     // The sample in which `depth_opacity` is passed, and what was hidden before it.
     vec2 crossing = vec2(-FAR, 0.0);
-    int next = first;
-    while (next < last && hidden < ENOUGH) {
-        int k = next;
+    // Samples are counted in floats, which are exact up to 16 million: nothing has to be converted in the loop.
+    float next = float(first);
+    float end = float(last);
+    while (next < end && hidden < ENOUGH) {
+        float k = next;
         vec4 matter = matter_at(ray, k);
-        ++next;
+        next += 1.0;
 #if LIT
         // Light is dear. Neighbouring rays, which run in step, first look each for its next visible sample, and
         // then all light theirs together.
-        while (next < last && !(matter.w > 0.0)) {
+        while (next < end && !(matter.w > 0.0)) {
             k = next;
             matter = matter_at(ray, k);
-            ++next;
+            next += 1.0;
         }
 #endif
         if (matter.w > 0.0) {
-            float start = max(float(k) * step_length, range.x);
-            float length = min(float(k + 1) * step_length, range.y) - start;
+            float start = max(k * step_length, range.x);
+            float length = min(next * step_length, range.y) - start;
             float share = (1.0 - hidden) * -expm1(-matter.w * length);
-            color += share * shade(matter.rgb, ray, (float(k) + 0.5) * step_length);
-            crossing = hidden <= depth_opacity ? vec2(float(k), hidden) : crossing;
+            color += share * shade(matter.rgb, ray, (k + 0.5) * step_length);
+            crossing = hidden <= depth_opacity ? vec2(k, hidden) : crossing;
             hidden += share;
         }
     }
     result.color = vec4(color, hidden);
     if (hidden >= depth_opacity && crossing.x > -FAR) {
         float start = max(crossing.x * step_length, range.x);
-        float reach = log((1.0 - crossing.y) / (1.0 - depth_opacity)) / matter_at(ray, int(crossing.x)).w;
+        float reach = log((1.0 - crossing.y) / (1.0 - depth_opacity)) / matter_at(ray, crossing.x).w;
         result.depth = (ray.start + start + clamp(reach, 0.0, step_length)) * ray.cosine;
     }
 #endif

@@ -33,9 +33,11 @@ vec4 pixel(ivec2 at) {
 #else
     float value = sample3(volume, p);
 #endif
+#if !FINITE
     if (isnan(value)) {
         return vec4(0.0);
     }
+#endif
 #if WINDOW
     return vec4(vec3(clamp((value - window.x) * window.y, 0.0, 1.0)), 1.0);
 #else

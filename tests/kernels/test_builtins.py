@@ -184,7 +184,7 @@ vec2 pixel(ivec2 at) {
 """
 
 
-def test_expm1_and_log1p_are_good_to_a_few_ulp(device: Any) -> None:
+def test_expm1_and_log1p_keep_their_digits_near_zero(device: Any) -> None:
     from nodegraph.shaders import Source
 
     rng = np.random.default_rng(4)
@@ -197,11 +197,17 @@ def test_expm1_and_log1p_are_good_to_a_few_ulp(device: Any) -> None:
     with np.errstate(over="ignore"):
         rounded = exact.astype(device.real)
     fine = np.isfinite(rounded) & (np.abs(exact) > 1e-30)
-    ulps = np.abs(got[fine] - exact[fine]) / np.spacing(np.abs(rounded[fine])).astype(np.float64)
-    # Far above 0 expm1 is the driver's exp, which is good to 50 ulp on llvmpipe.
-    above = fine & np.stack([x > 0.5, np.zeros_like(x, bool)], axis=-1)
-    assert ulps[~above[fine]].max() <= 8.0
-    assert ulps.max() <= 100.0
     np.testing.assert_array_equal(np.isnan(got), np.isnan(exact))
     np.testing.assert_array_equal(np.isposinf(got), np.isposinf(rounded))
     np.testing.assert_array_equal(np.isneginf(got), np.isneginf(rounded))
+    ulps = np.zeros(exact.shape)
+    ulps[fine] = np.abs(got[fine] - exact[fine]) / np.spacing(np.abs(rounded[fine])).astype(np.float64)
+    assert ulps[..., 1].max() <= 4.0
+    if device.name != "gl":
+        assert ulps[..., 0].max() <= 4.0
+        return
+    # On OpenGL expm1 is the driver's exp but near 0, to the relative errors that docs/kernel-language.md states.
+    relative = ulps[..., 0] * np.finfo(np.float32).eps
+    assert relative[np.abs(x) < 0.0625].max() <= 5e-7
+    assert relative[x < 0.0].max() <= 6e-6
+    assert relative.max() <= 1e-5

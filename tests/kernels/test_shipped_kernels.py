@@ -16,7 +16,7 @@ import pytest
 
 from nodegraph import locations
 from nodegraph.compute import language
-from nodegraph.data import Camera, Image, Light, Plane, TransferFunction, Volume
+from nodegraph.data import Camera, Image, Light, Mapping, Plane, TransferFunction, Volume
 from nodegraph.data.space import centred
 from nodegraph.shaders import load
 from tests.support.calls import call
@@ -50,6 +50,7 @@ def _pictures(seed: int) -> tuple[Image, Image]:
 
 
 VOLUME = _field()
+STORED = Volume((VOLUME.data * 30000).astype("i2"), np.asarray(VOLUME.index_to_world), Mapping(1 / 30000, 0.0, ""))
 GRADIENT = Volume(np.random.default_rng(7).normal(size=(18, 20, 22, 4)).astype("f4"), np.asarray(VOLUME.index_to_world))
 FRONT, BACK = _pictures(11)
 _box = call("geometry.proxy_box", volume=VOLUME, crop=((0.1, 0.1, 0.1), (0.9, 0.8, 0.95)))
@@ -64,7 +65,8 @@ def _raycasts() -> list[tuple[str, dict[str, Any]]]:
         if (normals and light is None) or (early and mode != "composite") or (light and mode == "maximum"):
             continue
         values: dict[str, Any] = {
-            "volume": VOLUME, "camera": CAMERA, "transfer_function": FUNCTION, "mode": mode, "lit": light is not None,
+            "volume": STORED if early else VOLUME, "camera": CAMERA, "transfer_function": FUNCTION, "mode": mode,
+            "lit": light is not None,
             "iso_value": 0.4, "hit_extinction": 0.1, "termination": 0.8 if early else 1.0,
         }  # fmt: skip
         if light:
@@ -84,7 +86,7 @@ CASES: list[tuple[str, str, dict[str, Any]]] = [
         "volume": VOLUME, "camera": CAMERA.with_(projection="orthographic", height=60.0), "termination": 1.0,
         "transfer_function": FUNCTION}),
     *(("render.slice", f"{look}-{kind}", {
-        "volume": VOLUME, "coloring": look, "interpolation": kind, "transfer_function": FUNCTION,
+        "volume": STORED if kind == "nearest" else VOLUME, "coloring": look, "interpolation": kind, "transfer_function": FUNCTION,
         "plane": Plane((1.0, 2.0, 3.0), (0.3, -0.8, 0.5))})
         for look in ("window", "transfer_function") for kind in ("linear", "nearest")),
     *(("render.entry_exit_points", camera.projection, {"geometry": _box, "camera": camera})

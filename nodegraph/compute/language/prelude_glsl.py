@@ -27,7 +27,7 @@ ISNAN = "bool ng_isnan(float x) { return (floatBitsToUint(x) & 0x7fffffffu) > 0x
 ISINF = "bool ng_isinf(float x) { return (floatBitsToUint(x) & 0x7fffffffu) == 0x7f800000u; }"
 
 #: expm1: Taylor's polynomial of degree 6 near 0, where e^x - 1 loses digits; the driver's exp elsewhere. Ray-casters
-#: call it for every visible sample with x < 0: good to 3e-6 of its value there, and above 0 as good as the driver's exp.
+#: call it for every visible sample with x < 0, where it is good to 6e-6 of its value (llvmpipe).
 EXPM1 = """float ng_expm1(float x) {
     float p = x * (1.0 / 720.0) + (1.0 / 120.0);
     p = p * x + (1.0 / 24.0);
