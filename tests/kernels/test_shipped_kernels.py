@@ -86,8 +86,8 @@ CASES: list[tuple[str, str, dict[str, Any]]] = [
         "volume": VOLUME, "camera": CAMERA.with_(projection="orthographic", height=60.0), "termination": 1.0,
         "transfer_function": FUNCTION}),
     *(("render.slice", f"{look}-{kind}", {
-        "volume": STORED if kind == "nearest" else VOLUME, "coloring": look, "interpolation": kind, "transfer_function": FUNCTION,
-        "plane": Plane((1.0, 2.0, 3.0), (0.3, -0.8, 0.5))})
+        "volume": STORED if kind == "nearest" else VOLUME, "coloring": look, "interpolation": kind,
+        "transfer_function": FUNCTION, "plane": Plane((1.0, 2.0, 3.0), (0.3, -0.8, 0.5))})
         for look in ("window", "transfer_function") for kind in ("linear", "nearest")),
     *(("render.entry_exit_points", camera.projection, {"geometry": _box, "camera": camera})
         for camera in (CAMERA, CAMERA.with_(projection="orthographic", height=60.0))),
