@@ -36,12 +36,17 @@ def images_of(report: Report, views: Sequence[str]) -> Mapping[str, Image]:
     return found
 
 
+def is_empty(image: Image) -> bool:
+    """Whether nothing is to be seen: every pixel is transparent."""
+    return image.channels == 4 and not image.color[..., 3].any()
+
+
 def write_picture(image: Image, path: Path, network: Network) -> None:
-    """Write a picture; makes its folder. A PNG carries the workspace that made it. Raises FormatError."""
+    """Write a picture; makes its folder. It carries the workspace that made it. Raises FormatError."""
     from nodegraph import formats, workspace
 
     formats.make_folder(path.parent)
-    if path.suffix.lower() == ".png":
+    if path.suffix.lower() in workspace.PICTURES:
         formats.write(image, path, workspace=workspace.dumps(network, folder=path.parent))
     else:
         formats.write(image, path)

@@ -21,18 +21,21 @@ if TYPE_CHECKING:
     from nodegraph.network import Network
     from nodegraph.processor import Processor
 
+PICTURES = (".png", ".exr")  #: suffixes of pictures that carry the workspace that made them
+
 Find = Callable[[str], "type[Processor]"]
 
 
 def load(path: str | os.PathLike[str], *, find: Find | None = None) -> Network:
-    """Read a workspace file, or the workspace that a PNG picture carries.
+    """Read a workspace file, or the workspace that a PNG or EXR picture carries.
 
     Raises WorkspaceError, which names the file and the place in it.
     """
     path = Path(os.path.abspath(path))
-    text = _picture_text(path) if path.suffix.lower() == ".png" else _file_text(path)
+    is_picture = path.suffix.lower() in PICTURES
+    text = _picture_text(path) if is_picture else _file_text(path)
     network = loads(text, folder=path.parent, file=path.name, find=find)
-    if path.suffix.lower() != ".png":  # saving must not put JSON in the place of the picture
+    if not is_picture:  # saving must not put JSON in the place of the picture
         network.file = path
     return network
 
@@ -96,13 +99,13 @@ def _file_text(path: Path) -> str:
 
 
 def _picture_text(path: Path) -> str:
-    from nodegraph.formats.png import read_workspace
+    from nodegraph.formats import exr, png
 
     if path.is_dir():
         raise WorkspaceError("this is a folder; choose a file in it", file=str(path))
     if not path.is_file():
         raise WorkspaceError("there is no such file", file=str(path))
-    text = read_workspace(path)
+    text = png.read_workspace(path) if path.suffix.lower() == ".png" else exr.read_workspace(path)
     if text is None:
         raise WorkspaceError("this picture carries no workspace", file=str(path))
     return text

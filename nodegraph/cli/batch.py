@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png) that carries one")
+    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png, .exr) that carries one")
     parser.add_argument("--over", nargs="+", required=True, metavar="FILES", help="data files, one task each")
     parser.add_argument("--into", metavar="NODE.PARAM", help="the parameter that takes the files")
     many.add_options(parser)

@@ -10,7 +10,7 @@ from nodegraph.cli.terminal import answer
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png) that carries one")
+    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png, .exr) that carries one")
     add_run_options(parser)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-from pathlib import Path
 from typing import Any
 
 from nodegraph.cli.opening import open_workspace
@@ -24,7 +23,9 @@ def run(arguments: argparse.Namespace) -> int:
         from nodegraph import formats
 
         told |= formats.info(arguments.file)
-    if suffix == ".json" or (suffix == ".png" and _carries_workspace(arguments.file)):
+        if "index_to_world" in told and "size" in told:
+            told |= _place(told["size"], told["index_to_world"])
+    if suffix == ".json" or told.get("workspace"):
         told |= _workspace(arguments.file)
     if arguments.json:
         answer(json.dumps(told, indent=1))
@@ -40,10 +41,14 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _carries_workspace(file: str) -> bool:
-    from nodegraph.formats import png
-
-    return png.read_workspace(Path(file)) is not None
+def _place(size: list[int], index_to_world: list[list[float]]) -> dict[str, Any]:
+    """Where the outer corners of a grid lie in the world, mm: what one needs to know to set up a camera."""
+    low, high = [], []
+    for *axes, origin in index_to_world[:3]:
+        ends = [sorted((-0.5 * step, (count - 0.5) * step)) for step, count in zip(axes, size, strict=True)]
+        low.append(origin + sum(least for least, _ in ends))
+        high.append(origin + sum(greatest for _, greatest in ends))
+    return {"world_min": low, "world_max": high}
 
 
 def _plain(value: Any) -> str:

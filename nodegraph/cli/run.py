@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png) that carries one")
+    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png, .exr) that carries one")
     add_run_options(parser)
     parser.add_argument("--out", default=".", metavar="PATH", help="folder of the pictures, or one file (.png, .exr)")
     parser.add_argument(
@@ -32,7 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from nodegraph.engine import Engine
-    from nodegraph.pictures import images_of, views_of, write_picture
+    from nodegraph.pictures import images_of, is_empty, views_of, write_picture
 
     start = time.perf_counter()
     network = open_workspace(arguments.file, arguments.set)
@@ -50,6 +50,11 @@ def run(arguments: argparse.Namespace) -> int:
             path = destination.file_for(name)
             write_picture(image, path, network)
             files.append(str(path))
+            if is_empty(image):
+                report.notes.append(
+                    f"{name}: every pixel is transparent; see whether the camera looks at the data (nodegraph info "
+                    f"says where they lie) and whether the transfer function shows their values"
+                )
         device = engine.device_in_use
     if arguments.json:
         answer(json.dumps(document(report, arguments.file, files, device, time.perf_counter() - start), indent=1))

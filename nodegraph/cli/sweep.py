@@ -19,7 +19,7 @@ MOST = 100_000
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png) that carries one")
+    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png, .exr) that carries one")
     parser.add_argument(
         "--vary",
         action="append",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png) that carries one")
+    parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png, .exr) that carries one")
     parser.add_argument("node", metavar="NODE", help="path of the node: raycast, or finish/raycast")
     add_run_options(parser)
 

@@ -10,9 +10,9 @@ from nodegraph.errors import ParameterError
 class ImageFile(Processor):
     """Write a picture to a PNG or OpenEXR file, or to any format that a plug-in brings.
 
-    A PNG is for looking at: sRGB, 8 or 16 bits, clipped to what a screen shows; it carries the workspace that made it
-    and may stand wherever a workspace is expected. An EXR is for computing: linear, not clipped, with depth and ids
-    where the picture has them. The file appears whole or not at all; an older one is replaced.
+    A PNG is for looking at: sRGB, 8 or 16 bits, clipped to what a screen shows. An EXR is for computing: linear, not
+    clipped, with depth and ids where the picture has them. Both carry the workspace that made them and may stand
+    wherever a workspace is expected. The file appears whole or not at all; an older one is replaced.
     """
 
     effect = True
@@ -39,5 +39,5 @@ class ImageFile(Processor):
             behind = color if background == "color" else None
             options = {"bits": int(bits), "background": behind, "workspace": workspace(path)}
         elif path.lower().endswith(".exr"):
-            options = {"half": half}
+            options = {"half": half, "workspace": workspace(path)}
         formats.write(image, path, **options)

@@ -311,6 +311,30 @@ def test_a_picture_carries_the_workspace_that_made_it(cli, workspace, tmp_path) 
     assert first.color.shape == (8, 16, 4)
 
 
+def test_an_exr_carries_it_as_well(cli, workspace, tmp_path) -> None:
+    cli("run", workspace(), "--set", "picture.level=0.25", "--out", tmp_path / "first.exr")
+    assert cli("run", tmp_path / "first.exr", "--out", tmp_path / "second.exr").code == 0
+    np.testing.assert_array_equal(*(formats.read(tmp_path / name).color for name in ("first.exr", "second.exr")))
+    assert "views and effects" in cli("info", tmp_path / "first.exr").out
+    formats.write(Image(np.zeros((2, 2, 4), np.float32)), tmp_path / "plain.exr")
+    assert "plain.exr: this picture carries no workspace" in cli("run", tmp_path / "plain.exr").err
+
+
+def test_a_picture_without_anything_in_it_is_told(cli, workspace, tmp_path) -> None:
+    nodes = {
+        "nothing": {"type": "source.synthetic"},
+        "away": {
+            "type": "render.raycast",
+            "params": {"camera": {"eye": [0, -900, 0], "target": [0, -1800, 0]}},
+            "inputs": {"volume": "nothing.volume"},
+        },
+    }
+    ran = cli("run", workspace(**nodes), "--view", "away", "--size", "4x4", "--out", tmp_path)
+    assert ran.code == 0
+    assert "away: every pixel is transparent" in ran.err
+    assert "transparent" not in cli("run", workspace(), "--out", tmp_path).err
+
+
 def test_a_picture_of_others_carries_no_workspace(cli, tmp_path) -> None:
     formats.write(Image(np.zeros((2, 2, 4), np.float32)), tmp_path / "plain.png")
     ran = cli("run", tmp_path / "plain.png")

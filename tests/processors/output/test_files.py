@@ -9,7 +9,7 @@ from nodegraph import formats, registry, workspace
 from nodegraph.data import Image, Mapping, Volume
 from nodegraph.engine import Engine
 from nodegraph.errors import FormatError, ParameterError
-from nodegraph.formats import png
+from nodegraph.formats import exr, png
 from tests.support.calls import call
 
 VOLUME = Volume(np.arange(24, dtype=np.int16).reshape(2, 3, 4), np.diag([1.0, 2.0, 3.0, 1.0]), Mapping(2.0, 1.0))
@@ -95,7 +95,8 @@ def test_in_a_network(tmp_path):
     assert np.array_equal(formats.read(tmp_path / "out.nrrd").data, VOLUME.real())
 
 
-def test_a_png_carries_the_workspace_with_paths_relative_to_it(tmp_path):
+@pytest.mark.parametrize("suffix", [".png", ".exr"])
+def test_a_picture_carries_the_workspace_with_paths_relative_to_it(tmp_path, suffix):
     (tmp_path / "data").mkdir()
     formats.write(VOLUME, tmp_path / "data" / "volume.npz")
     nodes = {
@@ -103,7 +104,7 @@ def test_a_png_carries_the_workspace_with_paths_relative_to_it(tmp_path):
         "slice": {"type": "render.slice", "inputs": {"volume": "ct.volume"}},
         "file": {
             "type": "output.image_file",
-            "params": {"path": str(tmp_path / "a.png"), "width": 4, "height": 4, "bits": "16"},
+            "params": {"path": str(tmp_path / f"a{suffix}"), "width": 4, "height": 4, "bits": "16"},
             "inputs": {"image": "slice.image"},
         },
     }
@@ -112,8 +113,9 @@ def test_a_png_carries_the_workspace_with_paths_relative_to_it(tmp_path):
         evaluation = engine.submit(network, ["file"])
         network["file"].bits = "8"  # later edits are not part of what made the picture
         evaluation.result().raise_first()
-    assert "volume.npz" in png.read_workspace(tmp_path / "a.png")
-    assert str(tmp_path) not in png.read_workspace(tmp_path / "a.png")
-    again = workspace.load(tmp_path / "a.png")
+    carried = {".png": png, ".exr": exr}[suffix].read_workspace(tmp_path / f"a{suffix}")
+    assert "volume.npz" in carried
+    assert str(tmp_path) not in carried
+    again = workspace.load(tmp_path / f"a{suffix}")
     assert again["ct"].path == str(tmp_path / "data" / "volume.npz")
     assert again["file"].bits == "16"
