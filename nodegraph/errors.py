@@ -36,7 +36,7 @@ class UnknownProcessor(GraphError):
         if reason:
             message = f"{id}: this processor is unavailable: {reason}"
         else:
-            message += near_miss(id, known)
+            message += f"{near_miss(id, known)}; the folder of a plug-in is named in NODEGRAPH_PATH"
         super().__init__(message)
         self.id = id
 
@@ -133,6 +133,12 @@ def near_miss(name: str, known: Iterable[str]) -> str:
     by_text = {text.casefold(): text for text in known}
     close = difflib.get_close_matches(name.casefold(), list(by_text), n=1, cutoff=0.5)
     return f" (did you mean {by_text[close[0]]!r}?)" if close else ""
+
+
+def near_miss_or_all(name: str, known: Iterable[str]) -> str:
+    """Return what `near_miss` returns, or `` (there is x, y)`` where nothing is close."""
+    known = tuple(known)
+    return near_miss(name, known) or (f" (there is {', '.join(known)})" if known else "")
 
 
 def one_sentence(error: BaseException) -> str:

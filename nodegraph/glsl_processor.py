@@ -164,7 +164,7 @@ def verify(processor: type[Processor], defines: Mapping[str, Any] | None = None)
 
 
 def _header(text: str) -> tuple[str, dict[str, str]]:
-    """The comment that opens the file, without its markers, and the settings in it."""
+    """The comment that opens the file, without its markers and the name of the file, and the settings in it."""
     block = re.match(r"\s*/\*(.*?)\*/", text, re.DOTALL)
     if block:
         lines = [line.strip().lstrip("*").strip() for line in block[1].splitlines()]
@@ -176,6 +176,8 @@ def _header(text: str) -> tuple[str, dict[str, str]]:
                     break
                 continue
             lines.append(line.strip().lstrip("/").strip())
+    if lines and re.fullmatch(r"[\w./-]+\.glsl", lines[0]):
+        del lines[0]  # the file's own name, as examples carry it, documents nothing
     settings, kept = {}, []
     for line in lines:
         setting = re.fullmatch(r"(version|formerly)\s*:\s*(.*)", line, re.IGNORECASE)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from nodegraph.errors import CommandError, GraphError, PortError, ProcessError, near_miss
+from nodegraph.errors import CommandError, GraphError, PortError, ProcessError, near_miss, near_miss_or_all
 
 if TYPE_CHECKING:
     from nodegraph.flat import Flat, FlatNode
@@ -104,7 +104,7 @@ def _sources_of(flat: Flat, sink: str) -> list[tuple[str, frozenset[str]]]:
             path, output = source
             processor = flat.nodes[path].processor
             if processor is not None and output not in processor.outputs:
-                cure = near_miss(output, processor.outputs)
+                cure = near_miss_or_all(output, processor.outputs)
                 raise CommandError(f"{sink}: {path} has no output {output!r}{cure}")
             result.append((path, frozenset((output,))))
     if not result:

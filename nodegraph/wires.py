@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nodegraph.errors import CycleError, GraphError, PortError, near_miss
+from nodegraph.errors import CycleError, GraphError, PortError, near_miss, near_miss_or_all
 from nodegraph.network import Network, Node, split
 from nodegraph.params import Parameter
 from nodegraph.ports import Input, connects, port_type
@@ -59,11 +59,11 @@ def output_leaf(node: Node, name: str, where: str) -> tuple[Node, str]:
     while node.network is not None:
         inner = node.expose.outputs.get(name)
         if inner is None:
-            miss = near_miss(name, node.expose.outputs)
+            miss = near_miss_or_all(name, node.expose.outputs)
             raise PortError(f"{where}: the group {node.path} shows no output {name!r}{miss}")
         node, name = source_node(node.network, inner, where)
     if node.processor is not None and name not in node.processor.outputs:
-        raise PortError(f"{where}: {node.path} has no output {name!r}{near_miss(name, node.processor.outputs)}")
+        raise PortError(f"{where}: {node.path} has no output {name!r}{near_miss_or_all(name, node.processor.outputs)}")
     return node, name
 
 
@@ -198,11 +198,11 @@ def resolve(level: Network, source: str, where: str, known: Known) -> tuple[Node
         elif node.network is not None:
             inner = node.expose.outputs.get(output)
             if inner is None:
-                miss = near_miss(output, node.expose.outputs)
+                miss = near_miss_or_all(output, node.expose.outputs)
                 return PortError(f"{where}: the group {node.path} shows no output {output!r}{miss}")
             level, source = node.network, inner
         elif node.processor is not None:
-            miss = near_miss(output, node.processor.outputs)
+            miss = near_miss_or_all(output, node.processor.outputs)
             return PortError(f"{where}: {node.path} has no output {output!r}{miss}")
         else:
             return node, output  # of an unknown processor; whether it has that output is not known either

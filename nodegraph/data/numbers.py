@@ -45,12 +45,12 @@ def plain(value: float) -> float | str:
 
 def fields(json: Any, allowed: Iterable[str], where: str) -> dict[str, Any]:
     """Return ``json`` if it is an object with known keys only, or raise ParameterError."""
-    from nodegraph.errors import near_miss
+    from nodegraph.errors import near_miss_or_all
 
     known = tuple(allowed)
     if not isinstance(json, dict):
         raise ParameterError(f"{where}: expected an object with {', '.join(known)}, got {json!r}")
     for key in json:
         if key not in known:
-            raise ParameterError(f"{where}: unknown key {key!r}{near_miss(str(key), known)}")
+            raise ParameterError(f"{where}: unknown key {key!r}{near_miss_or_all(str(key), known)}")
     return json

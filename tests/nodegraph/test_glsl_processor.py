@@ -96,6 +96,7 @@ def test_declarations_come_from_the_file(tmp_path: Path) -> None:
     assert (gain.__name__, gain.id, gain.version) == ("Gain", "image.gain", 3)
     assert gain.formerly == ("image.brighter", "image.gain2")
     assert gain.__doc__ == "Brighten a picture.\n\nAlpha and depth stay as they are."
+    assert make(tmp_path, "// plugins/image/gain.glsl\n" + GAIN).__doc__ == gain.__doc__
     assert gain.inputs["image"].type is data.Image
     assert gain.outputs["result"].type is data.Image
     assert gain.params["gain"].describe() == {

@@ -47,6 +47,7 @@ def test_a_node_is_named_after_its_type_and_numbered() -> None:
         (lambda net: net.add("blur", "blur"), CommandError, "blur: this name is taken"),
         (lambda net: net.add("blur", "other", sigm=1), ParameterError, "other.sigm: no such parameter (did you mean"),
         (lambda net: net.connect("ct.volum", "raycast.labels"), PortError, "ct has no output 'volum' (did you mean"),
+        (lambda net: net.connect("ct.picture", "raycast.labels"), PortError, "'picture' (there is volume)"),
         (lambda net: net.connect("ct.volume", "raycast.label"), PortError, "no input or parameter 'label' (did you"),
         (lambda net: net.connect("ctt.volume", "raycast.labels"), CommandError, "ctt: no such node"),
         (
