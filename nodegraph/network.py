@@ -306,6 +306,12 @@ class Network:
 
         self.history.do(Link(self.prefix + parameter, variable))
 
+    def derive(self, variable: str, expression: str) -> None:
+        """Let a variable follow an expression of others, as ``coarse / 2``; an empty one makes it plain again."""
+        from nodegraph.variable_commands import SetExpression
+
+        self.history.do(SetExpression(self.prefix + variable, expression))
+
     def unlink(self, parameter: str) -> None:
         """Let a parameter go its own way again, with the value that it has."""
         from nodegraph.variable_commands import Unlink

@@ -58,6 +58,22 @@ def test_the_script_runs(monkeypatch):
     assert names["smooth"].shape == (1, 24, 24)
 
 
+def test_the_page_on_scripting_runs(tmp_path, monkeypatch):
+    (tmp_path / "workspaces").symlink_to(ROOT / "workspaces")
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs/scripting.md").read_text(encoding="utf-8")
+    names: dict = {}
+    for script in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(compile(re.sub(r"size=\(\d+, \d+\)", "size=(16, 16)", script), "scripting.md", "exec"), names)
+    assert names["net"]["second"].step == 0.5
+    assert np.array_equal(names["again"].depth, names["image"].depth)
+    assert names["image"].color[..., 3].any()
+    assert names["smooth"].shape == names["data"].shape
+    assert names["measures"]["maximum"][0] > 0
+    again = nodegraph.load("head.json")
+    assert np.array_equal(again.run("view", size=(16, 16)).color, names["image"].color)
+
+
 def test_every_link_leads_somewhere():
     for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
         for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):

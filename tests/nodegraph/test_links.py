@@ -346,3 +346,17 @@ def test_a_group_may_have_variables_of_its_own() -> None:
     assert [net["b"].sigma, net["c"].sigma, net["d"].sigma] == [2.0, 4.0, 3.0]
     assert set(net.variables) == {"x", "x_2", "y"}
     assert net.variables["y"].expression == "x_2 * 2"
+
+
+def test_a_script_derives_a_variable_and_makes_it_plain_again() -> None:
+    net = chain()
+    net.link("blur.sigma", "fine")
+    net.link("raycast.step", "coarse")
+    net.derive("fine", "coarse / 2")
+    net["raycast"].step = 1.0
+    assert net["blur"].sigma == 0.5
+    net.derive("fine", "")
+    net["raycast"].step = 2.0
+    assert net["blur"].sigma == 0.5
+    net.undo(), net.undo()
+    assert net.variables["fine"].expression == "coarse / 2"
