@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any, ClassVar
 
 from nodegraph import data
@@ -21,6 +22,12 @@ class _Value(Parameter):
     def __init__(
         self, default: Any = None, *, optional: bool = False, handle: str | None = None, **common: Any
     ) -> None:
+        for name in common:
+            if name in inspect.signature(self.value_type).parameters:
+                raise TypeError(
+                    f"nodegraph.{self.kind} declares a parameter and has no {name!r}; "
+                    f"the value is made by nodegraph.data.{self.value_type.__name__}"
+                )
         self.optional = optional
         if default is None and not optional:
             default = self.value_type()
@@ -29,6 +36,8 @@ class _Value(Parameter):
     def check(self, value: Any, where: str) -> Any:
         if isinstance(value, self.value_type) or (value is None and self.optional):
             return value
+        if isinstance(value, _Value):
+            raise ParameterError(f"{where}: got a declaration; the value is made by nodegraph.data.{value.kind}")
         self._refuse(where, value, f"a {self.value_type.__name__}" + (" or null" if self.optional else ""))
 
     def encode(self, value: Any) -> Any:

@@ -238,3 +238,10 @@ def test_stand_in_has_the_widest_limits(kind: str, value: Any, other: Any) -> No
     assert parameter.default == value
     assert parameter.check(other, "variables.x") == other
     assert parameter.decode(json.loads(json.dumps(parameter.encode(value))), "variables.x") == value
+
+
+def test_a_declaration_in_the_place_of_a_value_is_told() -> None:
+    with pytest.raises(TypeError, match=r"has no 'eye'; the value is made by nodegraph\.data\.Camera"):
+        params.Camera(eye=(0, 0, 0))
+    with pytest.raises(ParameterError, match=r"r\.camera: got a declaration; .* nodegraph\.data\.Camera"):
+        params.Camera(doc=DOC).check(params.Camera(doc=DOC), "r.camera")
