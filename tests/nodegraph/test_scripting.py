@@ -214,7 +214,7 @@ print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 
 def test_a_forked_process_has_an_engine_of_its_own():
     done = subprocess.run(
-        [sys.executable, "-c", FORKED],
+        [sys.executable, "-W", "ignore:This process:DeprecationWarning", "-c", FORKED],  # 3.12 warns of fork itself
         capture_output=True,
         text=True,
         timeout=30,

@@ -148,7 +148,7 @@ def test_values_of_every_kind_survive() -> None:
     ("text", "pointer", "says"),
     [
         ("{", "", "line 1, column 2: this is not JSON"),
-        ('{"nodegraph": 1,\n "nodes": {"a": 1,}}', "", "line 2, column 19: this is not JSON"),
+        ('{"nodegraph": 1,\n "nodes": {"a": 1;}}', "", "line 2, column 18: this is not JSON"),
         ("[]", "", "expected an object, found an array"),
         ("{}", "", "the key 'nodegraph' with the version of the format is missing"),
         ('{"nodegraph": 2}', "/nodegraph", "format 2 is newer than 1, the newest known; update nodegraph"),
