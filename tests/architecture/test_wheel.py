@@ -43,9 +43,10 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_wheel_holds_processors_shaders_workspaces_and_nothing_of_the_repository(wheel: Path) -> None:
     names = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    for folder in ("processors", "shaders", "workspaces"):
+    share = "nodegraph/share/"
+    for folder, home in (("nodegraph", ""), ("processors", share), ("shaders", share), ("workspaces", share)):
         tracked = command("git", "-c", "safe.directory=*", "ls-files", folder, cwd=ROOT).split("\n")
-        missing = {f"nodegraph/share/{name}" for name in tracked if name} - names
+        missing = {f"{home}{name}" for name in tracked if name} - names
         assert missing == set()
     assert {name.partition("/")[0] for name in names} == {"nodegraph"}
     assert "nodegraph/py.typed" in names
@@ -57,8 +58,10 @@ def test_the_wheel_runs_a_workspace_in_an_empty_environment(wheel: Path, tmp_pat
     python = tmp_path / "venv" / ("Scripts" if os.name == "nt" else "bin") / "python"
     command(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel)
     environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "NODEGRAPH_PATH")}
-    where = command(python, "-c", "import nodegraph; print(nodegraph.__file__)", cwd=tmp_path, env=environment)
-    assert Path(where.strip()).is_relative_to(tmp_path)
+    code = "import nodegraph; print(nodegraph.__file__, nodegraph.processors.filter.GaussianBlur.id, sep='\\n')"
+    where, id = command(python, "-c", code, cwd=tmp_path, env=environment).splitlines()
+    assert Path(where).is_relative_to(tmp_path)
+    assert id == "filter.gaussian_blur"
     (tmp_path / "mine.json").write_text(json.dumps(WORKSPACE))
     run = (python.with_name("nodegraph"), "run", "mine.json", "--size", "32x32", "--json")
     told = json.loads(command(*run, cwd=tmp_path, env=environment))
