@@ -5,9 +5,10 @@ Fingerprints digest exactly the text that the device is handed, so both ask here
 
 from __future__ import annotations
 
-import os
 import threading
 from typing import TYPE_CHECKING, Any
+
+from nodegraph import shaders
 
 if TYPE_CHECKING:
     from nodegraph.processor import Processor
@@ -22,23 +23,12 @@ def kernel_source(processor: type[Processor], name: str) -> Source:
     key = (name, processor.shader_roots)
     with _lock:
         known = _known.get(key)
-    if known is not None and known[1] == _stamps(known[0].paths):
+    if known is not None and known[1] == shaders.stamps(known[0].paths):
         return known[0]
-    from nodegraph import locations, shaders
+    from nodegraph import locations
 
     roots = processor.shader_roots or locations.built_in().shaders
     source = shaders.load(name, roots)
     with _lock:
-        _known[key] = (source, _stamps(source.paths))
+        _known[key] = (source, shaders.stamps(source.paths))
     return source
-
-
-def _stamps(paths: tuple[str, ...]) -> tuple[Any, ...]:
-    stamps = []
-    for path in paths:
-        try:
-            found = os.stat(path)
-            stamps.append((found.st_mtime_ns, found.st_size))
-        except OSError:
-            stamps.append((0, 0))
-    return tuple(stamps)

@@ -54,11 +54,6 @@ def workspaces() -> Path:
     return home() / "workspaces"
 
 
-def data() -> Path:
-    """Data that the shipped workspaces read."""
-    return workspaces() / "data"
-
-
 def built_in() -> PluginFolder:
     """The processors that come with nodegraph."""
     return PluginFolder(processors(), (shaders(), processors()), "nodegraph")

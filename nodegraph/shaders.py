@@ -7,6 +7,7 @@ that has it wins. ``#include "common/light.glsl"`` is looked up in the same root
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -184,3 +185,15 @@ def _without_comments(line: str, in_comment: bool) -> tuple[str, bool]:
             kept += line[at]
             at += 1
     return kept, in_comment
+
+
+def stamps(paths: Iterable[str]) -> tuple[tuple[int, int], ...]:
+    """When the files of a source were last written and how long they are: equal means not to be read again."""
+    found = []
+    for path in paths:
+        try:
+            status = os.stat(path)
+            found.append((status.st_mtime_ns, status.st_size))
+        except OSError:
+            found.append((0, 0))
+    return tuple(found)

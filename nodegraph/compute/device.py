@@ -5,7 +5,6 @@ A subclass (gl.py, cl.py) says how text is built, how bytes travel, and how one 
 
 from __future__ import annotations
 
-import os
 import threading
 from abc import ABC, abstractmethod
 from collections import namedtuple
@@ -181,10 +180,10 @@ class Device(ABC):
     def _source(self, name: str) -> shaders.Source:
         """Load a kernel, again only when one of its files has changed."""
         known = self._sources.get(name)
-        if known is not None and known[1] == _stamps(known[0].paths):
+        if known is not None and known[1] == shaders.stamps(known[0].paths):
             return known[0]
         source = shaders.load(name, self.roots)
-        self._sources[name] = (source, _stamps(source.paths))
+        self._sources[name] = (source, shaders.stamps(source.paths))
         return source
 
     def _place(
@@ -344,17 +343,6 @@ class Device(ABC):
     @abstractmethod
     def _release(self) -> None:
         """Close the context. All objects are freed already."""
-
-
-def _stamps(paths: tuple[str, ...]) -> tuple[Any, ...]:
-    stamps = []
-    for path in paths:
-        try:
-            status = os.stat(path)
-            stamps.append((status.st_mtime_ns, status.st_size))
-        except OSError:
-            stamps.append((0, 0))
-    return tuple(stamps)
 
 
 def _grid(size: Sequence[int], entry: str, label: str) -> Size:
