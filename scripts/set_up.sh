@@ -13,7 +13,7 @@ goal=${1:-demo}
 venv=${VENV:-.venv}
 case $goal in
     demo) extras="" ;;
-    test) extras="[test,dev,plot,dask]" ;;
+    test) extras="[test,dev,plot,dask,accuracy]" ;;
     *) echo "set_up.sh: '$goal' is neither demo nor test" >&2; exit 2 ;;
 esac
 
