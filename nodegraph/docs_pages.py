@@ -108,6 +108,8 @@ def _parameter(item: tuple[str, Mapping[str, Any]]) -> tuple[str, ...]:
         quality = told["quality"]
         better = " < ".join(quality) if isinstance(quality, list) else quality
         notes.append(f"Accuracy: {better}.")
+    if "reference" in told:
+        notes.append(f"Reference: {', then '.join(map(str, told['reference']))}.")
     return f"`{name}`", told["kind"], _default(told), _range(told), " ".join(notes)
 
 

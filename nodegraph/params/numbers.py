@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any, ClassVar
@@ -63,6 +64,11 @@ class Bounded(Parameter):
         if quality not in (None, "lower", "higher"):
             raise TypeError(f"{self.kind}: quality is 'lower' or 'higher', whichever is more accurate; not {quality!r}")
 
+    def _is_ascending(self, values: tuple[Any, ...]) -> bool:
+        pairs = list(itertools.pairwise(values))
+        rising, falling = all(a < b for a, b in pairs), all(a > b for a, b in pairs)
+        return {"higher": rising, "lower": falling}.get(self.quality, rising or falling)
+
     def _text(self, number: float) -> str:
         return f"{number!r} {self.unit}".rstrip()
 
@@ -97,6 +103,7 @@ class Float(Bounded):
     """A real number. inf is refused unless ``finite=False``, nan unless ``nan=True``."""
 
     value_type: ClassVar[type] = float
+    has_reference: ClassVar[bool] = True
 
     def check(self, value: Any, where: str) -> float:
         number: float = self.number(value, where)
@@ -110,6 +117,7 @@ class Int(Bounded):
     """A whole number. 2.0 is taken for 2; 1.5 is refused."""
 
     value_type: ClassVar[type] = int
+    has_reference: ClassVar[bool] = True
     integer = True
 
     def check(self, value: Any, where: str) -> int:
@@ -128,6 +136,7 @@ class Bool(Parameter):
     """On or off. ``quality`` is "on" or "off", whichever is more accurate."""
 
     value_type: ClassVar[type] = bool
+    has_reference: ClassVar[bool] = True
     schema_type = "boolean"
 
     def check(self, value: Any, where: str) -> bool:

@@ -25,9 +25,12 @@ class Parameter:
     handle:     what a view can offer to move the value with: one of `HANDLES`.
     quality:    says that the parameter trades speed for accuracy and in which direction accuracy lies; see the
                 kinds that support it. `nodegraph tune` varies exactly these parameters.
+    reference:  the value that a reference picture takes, or a tuple of them, each more accurate than the one before;
+                kept as a tuple, empty where the general rule of `nodegraph.accuracy.reference` will do.
     """
 
     value_type: ClassVar[type] = object  #: what a wire into this parameter carries
+    has_reference: ClassVar[bool] = False  #: whether ``reference`` means something for this kind
     schema_type: ClassVar[str] = ""  #: JSON type of an encoded value
 
     name: str = ""
@@ -42,6 +45,7 @@ class Parameter:
         visible_if: Mapping[str, Any] | None = None,
         handle: str | None = None,
         quality: Any = None,
+        reference: Any = None,
     ) -> None:
         if handle is not None and handle not in HANDLES:
             raise TypeError(f"{self.kind}: handle is one of {', '.join(HANDLES)}, not {handle!r}")
@@ -51,6 +55,7 @@ class Parameter:
         self.handle = handle
         self.quality = quality
         self._check_quality(quality)
+        self.reference = self._references(reference)
         self.default = self.check(default, f"default of {self.kind}")
 
     @property
@@ -91,6 +96,8 @@ class Parameter:
             told["handle"] = self.handle
         if self.quality is not None:
             told["quality"] = list(self.quality) if isinstance(self.quality, tuple) else self.quality
+        if self.reference:
+            told["reference"] = [self.encode(value) for value in self.reference]
         return told
 
     def _limits(self) -> dict[str, Any]:
@@ -101,6 +108,25 @@ class Parameter:
         """Raise TypeError where ``quality`` does not say a direction of this kind."""
         if quality is not None:
             raise TypeError(f"{self.kind}: quality= has no meaning for this kind of parameter")
+
+    def _references(self, reference: Any) -> tuple[Any, ...]:
+        """The checked values of ``reference``. Raises TypeError for a kind or an order that makes no sense."""
+        if reference is None:
+            return ()
+        if not self.has_reference:
+            raise TypeError(f"{self.kind}: reference= has no meaning for this kind of parameter")
+        listed = reference if isinstance(reference, tuple) else (reference,)
+        values = tuple(self.check(value, f"reference of {self.kind}") for value in listed)
+        if not values or not self._is_ascending(values):
+            raise TypeError(
+                f"{self.kind}: reference is one value, or a tuple in which each is more accurate than the one before; "
+                f"not {reference!r}"
+            )
+        return values
+
+    def _is_ascending(self, values: tuple[Any, ...]) -> bool:
+        """Whether each value is more accurate than the one before, as far as ``quality`` tells."""
+        return len(set(values)) == len(values)
 
     def _refuse(self, where: str, value: Any, expected: str) -> NoReturn:
         raise ParameterError(f"{where}: expected {expected}, got {_short(value)}")

@@ -38,6 +38,7 @@ class Choice(Parameter):
     """
 
     value_type: ClassVar[type] = str
+    has_reference: ClassVar[bool] = True
 
     def __init__(self, *choices: str, default: str | None = None, **common: Any) -> None:
         if len(choices) < 2 or len(set(choices)) < len(choices) or not all(isinstance(c, str) and c for c in choices):
@@ -62,6 +63,10 @@ class Choice(Parameter):
             return
         if not isinstance(quality, tuple) or len(set(quality)) < 2 or not set(quality) <= set(self.choices):
             raise TypeError(f"{self.kind}: quality lists choices from fastest to most accurate, not {quality!r}")
+
+    def _is_ascending(self, values: tuple[Any, ...]) -> bool:
+        ranked = [self.quality.index(value) for value in values if value in (self.quality or ())]
+        return super()._is_ascending(values) and ranked == sorted(ranked)
 
 
 class _Path(Parameter):

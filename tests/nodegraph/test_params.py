@@ -180,6 +180,13 @@ def test_soft_ends_do_not_limit() -> None:
         lambda: params.Bool(True, quality="lower", doc=DOC),
         lambda: params.Choice("a", "b", quality=("a", "c"), doc=DOC),
         lambda: params.Text(quality="lower", doc=DOC),
+        lambda: params.Float(1.0, quality="lower", reference=(0.1, 0.2), doc=DOC),
+        lambda: params.Int(1, quality="higher", reference=(5, 3), doc=DOC),
+        lambda: params.Float(1.0, reference=(0.1, 0.3, 0.2), doc=DOC),
+        lambda: params.Choice("a", "b", quality=("a", "b"), reference=("b", "a"), doc=DOC),
+        lambda: params.Bool(True, quality="on", reference=(), doc=DOC),
+        lambda: params.Vector((1.0, 2.0), reference=(1.0, 2.0), doc=DOC),
+        lambda: params.Text(reference="x", doc=DOC),
         lambda: params.Float(1.0, handle="grip", doc=DOC),
         lambda: params.Float(1.0, visible_if={}, doc=DOC),
         lambda: params.Float(1.0, visible_if="lit", doc=DOC),  # type: ignore[arg-type]
@@ -199,6 +206,23 @@ def test_quality_directions() -> None:
     assert params.Float(1.0, quality="lower", doc=DOC).describe()["quality"] == "lower"
     assert params.Bool(True, quality="off", doc=DOC).describe()["quality"] == "off"
     assert params.Choice("a", "b", quality=("b", "a"), doc=DOC).describe()["quality"] == ["b", "a"]
+
+
+def test_a_reference_is_one_value_or_a_walk_towards_accuracy() -> None:
+    assert params.Float(0.9, quality="higher", reference=1.0, doc=DOC).reference == (1.0,)
+    order = params.Int(2, min=1, quality="higher", reference=(3, 5, 8), doc=DOC)
+    assert order.reference == (3, 5, 8)
+    assert order.describe()["reference"] == [3, 5, 8]
+    rule = params.Choice("slow", "fast", quality=("fast", "slow"), reference="slow", doc=DOC)
+    assert rule.reference == ("slow",)
+    assert params.Bool(True, quality="off", reference=False, doc=DOC).describe()["reference"] == [False]
+    assert params.Float(1.0, doc=DOC).reference == ()
+    assert "reference" not in params.Float(1.0, doc=DOC).describe()
+
+
+def test_a_reference_outside_the_limits_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"reference of Int: 9 is outside 1\.\.8"):
+        params.Int(2, min=1, max=8, reference=(3, 9), doc=DOC)
 
 
 def test_values_point_into_their_json() -> None:
