@@ -85,7 +85,7 @@ def test_a_copy_keeps_processors_that_are_in_no_registry_and_what_nobody_knows()
 
 
 def test_a_view_that_does_not_exist_is_one_sentence() -> None:
-    with pytest.raises(CommandError, match="veiw: no such node; did you mean 'view'"):
+    with pytest.raises(CommandError, match="veiw: no such node .did you mean 'view'"):
         settings.quality_parameters(slab(), "veiw")
 
 
@@ -165,8 +165,8 @@ def test_vary_expands_ranges_and_lists(text, values) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("slab.setp=0.1", "no such parameter; did you mean 'step'"),
-        ("slap.step=0.1", "no such node; did you mean 'slab'"),
+        ("slab.setp=0.1", "no such parameter .did you mean 'step'"),
+        ("slap.step=0.1", "no such node .did you mean 'slab'"),
         ("slab.step=0.5..9", "outside"),
         ("slab.rule=exakt", "did you mean 'exact'"),
         ("slab.step=a..b", "slab.step"),
