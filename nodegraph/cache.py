@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from nodegraph.data import Buffer, Value
+
+if TYPE_CHECKING:
+    from nodegraph.compute.dispatch import KernelRun
 
 KEPT_ERRORS = 4096
 
@@ -30,12 +33,17 @@ class SharedBudget(Protocol):
 
 @dataclass(slots=True, frozen=True)
 class Result:
-    """What a task or a memo made: its outputs, how long it took, and what has to be said about it each time."""
+    """What a task or a memo made: its outputs, how long it took, and what has to be said about it each time.
+
+    ``runs`` are the kernels that made it and ``decisions`` what the processor said of its own choices, for `explain`.
+    """
 
     values: Mapping[str, Any]
     seconds: float = 0.0
     notes: tuple[str, ...] = ()
     memos: tuple[str, ...] = ()
+    runs: tuple[KernelRun, ...] = ()
+    decisions: tuple[str, ...] = ()
 
     @property
     def nbytes(self) -> int:
@@ -118,6 +126,13 @@ class ResultCache:
         with self._lock:
             for key in [key for key in self._entries if key not in self._pins]:
                 self._remove(key)
+
+    def forget(self, keys: Iterable[bytes]) -> None:
+        """Let go of some results, so that they are made again when somebody asks. Pinned ones stay."""
+        with self._lock:
+            for key in keys:
+                if key not in self._pins:
+                    self._remove(key)
 
     @property
     def nbytes(self) -> int:

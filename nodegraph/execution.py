@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from nodegraph.cache import Result
@@ -12,6 +13,7 @@ from nodegraph.report import Event
 from nodegraph.services import DeviceService, Memo, Progress, open_raster, own
 
 if TYPE_CHECKING:
+    from nodegraph.compute.dispatch import KernelRun
     from nodegraph.plan import Task
     from nodegraph.processor import Processor
     from nodegraph.scheduler import Run
@@ -51,19 +53,36 @@ def execute(run: Run, place: int, arguments: dict[str, Any], device: Any) -> Res
     run.check()
     memos: list[str] = []
     notes: list[str] = []
-    services = _services(run, place, device, memos, notes)
+    decisions: list[str] = []
+    services = _services(run, place, device, memos, notes, decisions)
     started = time.perf_counter()
-    returned = processor().process(**arguments, **services)
-    if processor.generator:
-        values = _refine(run, task, returned, device is not None)
-    else:
-        values = _pack(task, returned)
+    with _working_for(device, task.path):
+        returned = processor().process(**arguments, **services)
+        if processor.generator:
+            values = _refine(run, task, returned, device is not None)
+        else:
+            values = _pack(task, returned)
     seconds = time.perf_counter() - started
+    runs: tuple[KernelRun, ...] = ()
     if "device" in services:
         run.report.device_seconds[task.path] = services["device"].seconds
+        runs = tuple(services["device"].runs)
     run.check()
     own(values, task.fingerprint)
-    return Result(values, seconds, tuple(notes), tuple(memos))
+    return Result(values, seconds, tuple(notes), tuple(memos), runs, tuple(dict.fromkeys(decisions)))
+
+
+@contextlib.contextmanager
+def _working_for(device: Any, path: str) -> Iterator[None]:
+    """Count what is made on a device meanwhile under a node."""
+    if device is None:
+        yield
+        return
+    device.working_for = path
+    try:
+        yield
+    finally:
+        device.working_for = ""
 
 
 def _refine(run: Run, task: Task, steps: Any, here: bool) -> dict[str, Any]:
@@ -99,7 +118,9 @@ def _pack(task: Task, returned: Any) -> dict[str, Any]:
         raise
 
 
-def _services(run: Run, place: int, device: Any, memos: list[str], notes: list[str]) -> dict[str, Any]:
+def _services(
+    run: Run, place: int, device: Any, memos: list[str], notes: list[str], decisions: list[str]
+) -> dict[str, Any]:
     """What ``process`` names after its ``*``."""
     task = run.plan.tasks[place]
     processor = _processor(task)
@@ -121,6 +142,7 @@ def _services(run: Run, place: int, device: Any, memos: list[str], notes: list[s
         "device": lambda: DeviceService(device, processor, task.path, run.check, progress),
         "gl": lambda: open_raster(device, task.path),
         "workspace": lambda: run.document,
+        "explain": lambda: decisions.append,
         "memo": lambda: Memo(
             task.path,
             run.context.cache,

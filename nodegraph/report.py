@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from nodegraph.errors import GraphError
+
+if TYPE_CHECKING:
+    from nodegraph.cache import Result
+    from nodegraph.compute.dispatch import KernelRun
 
 
 class State(str):
@@ -57,6 +61,8 @@ class Report:
     timings: seconds, bytes: of distinct memory, for every node that ran, memos as ``shadow/propagate``.
     ran, cached: paths in the order in which they ran, or were found to be kept. memos: by node, what it asked for.
     device_seconds: by node, the part of its seconds that its kernels took.
+    kernels, decisions: by node, the kernels that made its result and what it said of its own choices, now or when the
+    result that is kept was made.
     """
 
     values: dict[tuple[str, str], Any] = field(default_factory=dict)
@@ -70,6 +76,17 @@ class Report:
     cached: list[str] = field(default_factory=list)
     memos: dict[str, list[str]] = field(default_factory=dict)
     device_seconds: dict[str, float] = field(default_factory=dict)
+    kernels: dict[str, list[KernelRun]] = field(default_factory=dict)
+    decisions: dict[str, list[str]] = field(default_factory=dict)
+
+    def add_making(self, path: str, result: Result) -> None:
+        """Take in how the result of a node was made."""
+        if result.memos:
+            self.memos[path] = list(dict.fromkeys([*self.memos.get(path, ()), *result.memos]))
+        if result.runs:
+            self.kernels[path] = [*self.kernels.get(path, ()), *result.runs]
+        if result.decisions:
+            self.decisions[path] = list(dict.fromkeys([*self.decisions.get(path, ()), *result.decisions]))
 
     @property
     def ok(self) -> bool:

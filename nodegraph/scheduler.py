@@ -10,7 +10,7 @@ from __future__ import annotations
 import heapq
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from nodegraph.cache import Result, ResultCache, each_buffer
@@ -158,6 +158,7 @@ class Run:
             if kept is not None:
                 self._results[place] = kept
                 self.report.cached.append(task.path)
+                self.report.add_making(task.path, kept)
                 for note in kept.notes:
                     self.teller.note(note, task.path)
                 continue
@@ -285,7 +286,7 @@ class Run:
                 note = f"{task.path}: {device.name} failed ({error}); running on {other.name} instead"
                 self.teller.note(note, task.path)
                 result = execute(self, place, arguments, other)
-                result = Result(result.values, result.seconds, (note,), result.memos)
+                result = replace(result, notes=(note, *result.notes))
         except BaseException as error:
             self._raised(place, error)
         else:
@@ -344,8 +345,7 @@ class Run:
         report.ran.append(task.path)
         report.timings[task.path] = report.timings.get(task.path, 0.0) + result.seconds
         report.bytes[task.path] = result.nbytes
-        if result.memos:
-            report.memos[task.path] = list(dict.fromkeys(result.memos))
+        report.add_making(task.path, result)
         if task.path not in report.errors:
             report.states[task.path] = CLEAN
         for note in result.notes:

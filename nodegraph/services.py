@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from nodegraph.fingerprint import code_of, content_key, digest, function_key
 from nodegraph.kernel_sources import kernel_source
 
 if TYPE_CHECKING:
+    from nodegraph.compute.dispatch import KernelRun
     from nodegraph.disk_cache import DiskCache
     from nodegraph.processor import Processor
 
@@ -44,7 +46,7 @@ class Progress:
 class DeviceService:
     """The service ``device``: runs the kernels that the processor declares, nothing else.
 
-    Strips check for cancel and report progress. ``seconds`` counts what its kernels took.
+    Strips check for cancel and report progress. ``seconds`` counts what its kernels took; ``runs`` tells each of them.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class DeviceService:
         self._check = check
         self._progress = progress
         self.seconds = 0.0
+        self.runs: list[KernelRun] = []
 
     @property
     def name(self) -> str:
@@ -108,7 +111,7 @@ class DeviceService:
         started = time.perf_counter()
         try:
             source = kernel_source(self._processor, kernel)
-            return self._device.run(
+            result = self._device.run(
                 source,
                 size,
                 defines=defines,
@@ -118,6 +121,10 @@ class DeviceService:
                 turns=turns,
                 **bindings,
             )
+            done = getattr(self._device, "last_run", None)
+            if done is not None:
+                self.runs.append(replace(done, kernel=kernel))
+            return result
         finally:
             self.seconds += time.perf_counter() - started
 

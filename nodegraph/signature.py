@@ -10,7 +10,7 @@ from typing import Any
 from nodegraph.errors import near_miss
 
 #: What comes from outside the network, as keyword-only arguments.
-SERVICES = ("size", "quality", "wanted", "device", "gl", "progress", "memo", "workspace")
+SERVICES = ("size", "quality", "wanted", "device", "gl", "progress", "memo", "workspace", "explain")
 
 _VARARGS, _VARKEYWORDS, _GENERATOR = 0x04, 0x08, 0x20
 _COROUTINES = 0x80 | 0x200  # coroutine, async generator

@@ -6,6 +6,7 @@ A subclass (gl.py, cl.py) says how text is built, how bytes travel, and how one 
 from __future__ import annotations
 
 import threading
+import time
 from abc import ABC, abstractmethod
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +18,18 @@ import numpy as np
 from nodegraph import locations, shaders
 from nodegraph.compute import language
 from nodegraph.compute.bindings import check_names, field_sources, leaf_values
-from nodegraph.compute.dispatch import BuildFailure, Job, Owned, Program, Resident, Size, Slot, located
+from nodegraph.compute.dispatch import (
+    BuildFailure,
+    FieldRead,
+    Job,
+    KernelRun,
+    Owned,
+    Program,
+    Resident,
+    Size,
+    Slot,
+    located,
+)
 from nodegraph.compute.language import Layout, Module, OutputDecl, Storage
 from nodegraph.compute.memory import Budget, Entry, Memory
 from nodegraph.compute.storage import Placement, choose
@@ -35,7 +47,8 @@ class Device(ABC):
     It belongs to the thread that opened it. ``call``, when set (the engine does), runs a function on that thread
     and waits, so that results may be read from others. ``roots`` are the folders in which kernel names are looked up.
     ``lost`` is True once the driver gave up the context: nothing runs there any more, and results that lie there alone
-    are gone.
+    are gone. ``last_run`` tells what the latest run was; what is made while ``working_for`` names a node is counted
+    under it.
     """
 
     name: str
@@ -55,6 +68,7 @@ class Device(ABC):
         self._thread = threading.get_ident()
         self._closed = False
         self.lost = False
+        self.last_run: KernelRun | None = None
         self._sources: dict[str, tuple[shaders.Source, tuple[Any, ...]]] = {}
         self._modules: dict[tuple[Any, ...], Module] = {}
         self._programs: dict[str, Program] = {}
@@ -85,6 +99,7 @@ class Device(ABC):
 
         ParameterError for bindings, ShaderError for the kernel, DeviceError when the device cannot.
         """
+        started = time.perf_counter()
         self.require_thread()
         self.memory.drain()
         source = kernel if isinstance(kernel, shaders.Source) else self._source(kernel)
@@ -106,6 +121,7 @@ class Device(ABC):
         storages = {name: tuple(p.storage for _, p in items) for name, items in placements.items()}
         variant = (key, tuple((name, tuple(s.variant for s in items)) for name, items in storages.items()))
         program = self._variants.get(variant)
+        known = len(self._programs)
         if program is None:
             program = self._variants[variant] = self._program(source, module, storages)
         values = leaf_values(module, program.layout, bindings, label, self.real)
@@ -113,9 +129,12 @@ class Device(ABC):
         held: list[Entry] = []
         try:
             slots = []
+            fields = []
             for wanted in program.layout.slots:
                 buffer, placement = placements[wanted.field][wanted.element]
+                there = self.memory.find(buffer, placement.key)
                 entry = self._bring(buffer, placement, f"{label}.{wanted.field}")
+                fields.append(FieldRead(wanted.field, entry.bytes, entry is not there))
                 entry.pins += 1
                 held.append(entry)
                 slots.append(Slot(entry, placement))
@@ -130,9 +149,30 @@ class Device(ABC):
         finally:
             for entry in held:
                 entry.pins -= 1
+        self.last_run = KernelRun(
+            label,
+            self.name,
+            grid[: 2 if module.entry == "pixel" else 3],
+            source,
+            dict(defines or {}),
+            program.text,
+            tuple(fields),
+            tuple((name, entry.bytes) for name, _, entry in outputs),
+            time.perf_counter() - started,
+            len(self._programs) > known,
+        )
         if len(outputs) == 1 and outputs[0][0] == "":
             return outputs[0][1]
         return named_outputs(tuple(name for name, _, _ in outputs), label)(*(buffer for _, buffer, _ in outputs))
+
+    @property
+    def working_for(self) -> str:
+        """Path of the node that runs now; empty between nodes."""
+        return self.memory.node
+
+    @working_for.setter
+    def working_for(self, path: str) -> None:
+        self.memory.node = path
 
     def describe_storage(self, value: Any, kind: str) -> Storage:
         """Return how a Value, Buffer or array would lie on this device as a field of ``kind``; ``loss`` is in it."""
@@ -211,7 +251,7 @@ class Device(ABC):
                 handle, objects = self._build(text, layout)
             except BuildFailure as failure:
                 raise located(failure, layout.files, source) from None
-            program = self._programs[text] = Program(handle, layout)
+            program = self._programs[text] = Program(handle, layout, text)
             for thing, nbytes, release in objects:
                 self.memory.add(thing, nbytes, "program", release)
         return program

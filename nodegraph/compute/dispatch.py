@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +30,7 @@ class Program:
 
     handle: Any
     layout: Layout
+    text: str = ""
     warm: bool = False
     pace: Pace = field(default_factory=Pace)
 
@@ -52,6 +53,40 @@ class Job:
     values: list[Array]
     slots: list[Slot]
     targets: list[Any]
+
+
+@dataclass(frozen=True)
+class FieldRead:
+    """A field as one run read it: bytes of its copy on the device, 0 where the host's memory was read in place."""
+
+    name: str
+    bytes: int
+    uploaded: bool
+
+
+@dataclass(frozen=True)
+class KernelRun:
+    """What one run of a kernel was: the variant, what it read and wrote, and how long it took.
+
+    ``size`` is (w, h) pixels or (x, y, z) voxels; ``text`` is the translated program; ``outputs`` holds (name, bytes).
+    ``seconds`` are all of `Device.run`, with what had to be uploaded and, where ``built``, compiled.
+    """
+
+    kernel: str
+    device: str
+    size: tuple[int, ...]
+    source: shaders.Source
+    defines: Mapping[str, int | float | bool]
+    text: str
+    fields: tuple[FieldRead, ...]
+    outputs: tuple[tuple[str, int], ...]
+    seconds: float
+    built: bool
+
+    @property
+    def work(self) -> str:
+        """How many pixels or voxels: ``64x48 pixels``."""
+        return f"{'x'.join(map(str, self.size))} {'pixels' if len(self.size) == 2 else 'voxels'}"
 
 
 class Resident:

@@ -58,8 +58,8 @@ class Entry:
     """
 
     __slots__ = (
-        "bytes", "death", "last_use", "live", "object", "owner", "pins", "place", "purpose", "read_back", "release",
-        "saved", "token",
+        "bytes", "death", "last_use", "live", "node", "object", "owner", "pins", "place", "purpose", "read_back",
+        "release", "saved", "token",
     )  # fmt: skip
 
     def __init__(
@@ -73,11 +73,13 @@ class Entry:
         key: Hashable,
         read_back: Callable[[], None] | None,
         saved: Callable[[], bool],
+        node: str = "",
     ) -> None:
         self.token = token
         self.object = object
         self.bytes = bytes
         self.purpose = purpose
+        self.node = node
         self.release = release
         self.owner: weakref.ref[Buffer] | None = None if owner is None else weakref.ref(owner)
         self.place = (id(owner), key)
@@ -118,6 +120,8 @@ class Memory:
         self.name = name
         # Called with the number of bytes that are missing; the result cache drops what is cheap to make again.
         self.on_pressure = on_pressure
+        # For whom objects are made now, as `by_node` counts them.
+        self.node = ""
         self._entries: dict[int, Entry] = {}
         self._by_buffer: dict[tuple[int, Hashable], Entry] = {}
         self._dead: deque[int] = deque()
@@ -151,6 +155,14 @@ class Memory:
             totals[entry.purpose] = totals.get(entry.purpose, 0) + entry.bytes
         return totals
 
+    def by_node(self) -> dict[str, dict[str, int]]:
+        """Bytes by the node for which an object was made first ("" for the device's own), then by purpose."""
+        totals: dict[str, dict[str, int]] = {}
+        for entry in self._entries.values():
+            purposes = totals.setdefault(entry.node, {})
+            purposes[entry.purpose] = purposes.get(entry.purpose, 0) + entry.bytes
+        return totals
+
     def reserve(self, wanted: int, purpose: str) -> None:
         """Make room for ``wanted`` more bytes, or raise DeviceError. Call it before allocating."""
         limit = self.budget.limit
@@ -181,7 +193,7 @@ class Memory:
         saved: Callable[[], bool] = lambda: False,
     ) -> Entry:
         """Take ownership of an object; ``release()`` frees it. With ``owner`` it dies with that buffer."""
-        entry = Entry(next(self._tokens), object, bytes, purpose, release, owner, key, read_back, saved)
+        entry = Entry(next(self._tokens), object, bytes, purpose, release, owner, key, read_back, saved, self.node)
         self._entries[entry.token] = entry
         self._bytes += bytes
         if owner is not None:

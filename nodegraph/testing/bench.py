@@ -43,6 +43,7 @@ class Bench:
         inputs, params = bind(processor, values)
         asked = frozenset(processor.outputs if wanted is None else wanted)
         services = {"size": size, "quality": quality, "wanted": asked, "progress": _progress, "memo": _memo}
+        services["explain"] = lambda text: None
         services["workspace"] = lambda path: ""
         if "device" in processor.services:
             from nodegraph.services import DeviceService, Progress

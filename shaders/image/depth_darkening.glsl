@@ -1,7 +1,7 @@
 // Depth darkening, in two passes: weighted row sums of depth, then column sums and the darkening itself.
 
 #ifndef PASS
-#define PASS 0
+#define PASS 0              // 0 sums along rows, 1 sums along columns and darkening
 #endif
 
 uniform float sigma;        // pixels

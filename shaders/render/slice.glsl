@@ -3,10 +3,10 @@
 #include "common/classify.glsl"
 
 #ifndef NEAREST
-#define NEAREST 0
+#define NEAREST 0       // 0 trilinear interpolation, 1 the nearest voxel
 #endif
 #ifndef WINDOW
-#define WINDOW 1
+#define WINDOW 1        // 0 coloured by a transfer function, 1 by a grey window
 #endif
 
 field3 volume;

@@ -17,6 +17,8 @@ def call(id: str, device: Any = None, size: tuple[int, int] | None = None, **val
     arguments |= values
     services = {"size": size, "device": device, "wanted": frozenset(cls.outputs), "quality": "final"}
     services["progress"] = lambda fraction, text="": None
+    services["memo"] = lambda function, *args, disk=False: function(*args)
     services["workspace"] = lambda path: ""
+    services["explain"] = lambda text: None
     arguments |= {name: value for name, value in services.items() if name in cls.services}
     return cls().process(**arguments)

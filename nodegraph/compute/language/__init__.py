@@ -9,6 +9,7 @@ from .module import FieldDecl, FieldSlot, Layout, Leaf, Module, OutputDecl, Unif
 from .print_glsl import print_glsl
 from .print_opencl import print_opencl
 from .storage_types import Storage
+from .switches import Switch, switches
 from .translate import compile
 from .types import Array, Field, Matrix, Numeric, Struct, Type
 
@@ -25,9 +26,11 @@ __all__ = [
     "OutputDecl",
     "Storage",
     "Struct",
+    "Switch",
     "Type",
     "Uniform",
     "compile",
     "print_glsl",
     "print_opencl",
+    "switches",
 ]
