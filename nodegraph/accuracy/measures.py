@@ -28,15 +28,20 @@ class Measure(NamedTuple):
 
     compare(value, reference, mask) returns figures by name, 0 where there is no error; it may assume that both values
     are of ``type``, and raises PortError where they cannot be compared. mask (or None) is True where to look.
-    first: the figure that is meant by "the error" where none is named. rising: figures of which more is better.
-    units: of figures that have one.
+    figures: the names of all that it may return; the first is meant by "the error" where none is named.
+    rising: figures of which more is better. units: of figures that have one.
     """
 
     type: type
     compare: Compare
-    first: str
+    figures: tuple[str, ...]
     rising: frozenset[str] = frozenset()
     units: Mapping[str, str] = {}
+
+    @property
+    def first(self) -> str:
+        """The figure that is meant where none is named."""
+        return self.figures[0]
 
 
 def errors(value: Any, reference: Any, mask: Array | None = None, *, flip: bool = False) -> Errors:
@@ -67,11 +72,16 @@ def _plain(value: Any) -> Any:
 
 def measure_of(value: Any) -> Measure:
     """The measure of a value's type, or of its nearest ancestor that has one. Raises PortError where there is none."""
+    return measure_for(type(value))
+
+
+def measure_for(cls: type) -> Measure:
+    """The measure of a type of ports. Raises PortError where there is none."""
     known = _measures()
-    for ancestor in type(value).__mro__:
+    for ancestor in cls.__mro__:
         if ancestor in known:
             return known[ancestor]
-    name = port_type(type(value)).name
+    name = port_type(cls).name
     raise PortError(
         f"measure: there is no measure for {article(name)}; a plug-in may bring one in the group nodegraph.measures"
     )
@@ -290,20 +300,22 @@ def _share(wrong: Array) -> float:
 
 
 _PSNR = frozenset({"psnr"})
-_DEPTHS = {"psnr": "dB", "depth_max": "mm", "depth_rmse": "mm"}
+_GRID = ("max", "rmse", "psnr", "p999")
+_PICTURE = (*_GRID, "depth_max", "depth_rmse", "depth_missed", "ids_wrong", "flip")
+_RATIO = ("absolute", "relative")
 
 _OWN: dict[type, Measure] = {
     measure.type: measure
     for measure in (
-        Measure(data.Image, compare_images, "max", _PSNR, _DEPTHS),
-        Measure(data.Volume, compare_volumes, "max", _PSNR, {"psnr": "dB"}),
-        Measure(data.Labels, compare_labels, "wrong"),
-        Measure(data.Mesh, compare_meshes, "max", units={"max": "mm", "rmse": "mm"}),
-        Measure(data.Table, compare_tables, "absolute"),
-        Measure(float, compare_numbers, "absolute"),
-        Measure(int, compare_numbers, "absolute"),
-        Measure(tuple, compare_numbers, "absolute"),
-        Measure(bool, compare_words, "wrong"),
-        Measure(str, compare_words, "wrong"),
+        Measure(data.Image, compare_images, _PICTURE, _PSNR, {"psnr": "dB", "depth_max": "mm", "depth_rmse": "mm"}),
+        Measure(data.Volume, compare_volumes, _GRID, _PSNR, {"psnr": "dB"}),
+        Measure(data.Labels, compare_labels, ("wrong",)),
+        Measure(data.Mesh, compare_meshes, ("max", "rmse"), units={"max": "mm", "rmse": "mm"}),
+        Measure(data.Table, compare_tables, (*_RATIO, "text_wrong")),
+        Measure(float, compare_numbers, _RATIO),
+        Measure(int, compare_numbers, _RATIO),
+        Measure(tuple, compare_numbers, _RATIO),
+        Measure(bool, compare_words, ("wrong",)),
+        Measure(str, compare_words, ("wrong",)),
     )
 }

@@ -336,7 +336,7 @@ class Tree:
 
 
 def test_a_plugin_brings_a_measure_of_its_type(monkeypatch: pytest.MonkeyPatch) -> None:
-    measure = Measure(Tree, lambda value, reference, mask: {"nodes": abs(value.nodes - reference.nodes)}, "nodes")
+    measure = Measure(Tree, lambda value, reference, mask: {"nodes": abs(value.nodes - reference.nodes)}, ("nodes",))
     broken = plugins.Plugin("broken", None, "needs the package 'trees': pip install trees", "other")
     found = (plugins.Plugin("tree", measure, "", "trees"), broken)
     with pytest.raises(PortError, match=r"no measure for a Tree; a plug-in may bring one"):
@@ -345,3 +345,12 @@ def test_a_plugin_brings_a_measure_of_its_type(monkeypatch: pytest.MonkeyPatch) 
     assert errors(Tree(1), Tree(4)) == {"nodes": 3}
     assert measure_of(Tree(1)).first == "nodes"
     assert measure_of(Image(grey(0.5))).rising == {"psnr"}
+
+
+def test_every_figure_is_among_those_that_a_measure_declares() -> None:
+    image = Image(grey(0.5), np.ones((10, 100)), np.zeros((10, 100), np.uint32))
+    table = Table({"a": [1.0], "b": ["x"]})
+    volume, labels = Volume(np.zeros((2, 2, 2))), Labels(np.zeros((2, 2, 2), np.uint8))
+    for value in (image, volume, labels, cube(1.0), table, 1.5, 1, (1.0,), True, "x"):
+        figures = tuple(errors(value, value, flip=True))
+        assert figures == measure_of(value).figures

@@ -1,0 +1,325 @@
+"""Vary settings, time them, compare what they make with a reference.
+
+What is timed is the nodes that the settings change, and all below them. What stands above keeps its results; what the
+timed nodes keep by `memo` stays as well, as it does when a camera turns. docs/accuracy.md says how and why.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import platform
+import statistics
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from nodegraph.accuracy.measures import Measure, errors, measure_for, measure_of
+from nodegraph.accuracy.points import Measured, Point, ReferenceNote
+from nodegraph.accuracy.settings import applied, encoded, quality_parameters
+from nodegraph.accuracy.trial import Trial
+from nodegraph.data import Image
+from nodegraph.errors import CommandError, DeviceError, DeviceMissing, GraphError, ParameterError, near_miss_or_all
+from nodegraph.overrides import declaration
+
+if TYPE_CHECKING:
+    from nodegraph.accuracy.reference import Reference
+    from nodegraph.engine import Engine
+    from nodegraph.network import Network
+    from nodegraph.plan import Plan
+
+DEVICES = ("gl", "cl", "cl64")
+REPEATS = 5
+BOUND = 1e-5
+
+OnProgress = Callable[[str, float], None]
+
+
+def measure(
+    network: Network,
+    view: str,
+    variants: Iterable[Mapping[str, Any]] = ({},),
+    devices: Sequence[str] | str = "auto",
+    *,
+    size: tuple[int, int] | None = None,
+    repeats: int = REPEATS,
+    error: str = "",
+    flip: bool = False,
+    bound: float = BOUND,
+    refer: Callable[[Network], Reference] | None = None,
+    on_progress: OnProgress = lambda text, fraction: None,
+    name: str = "",
+) -> Measured:
+    """Time each setting on each device and tell its errors, the front marked.
+
+    view:     a node or ``node.output`` that shows one value, of any type that has a measure.
+    variants: settings as `settings.combinations` makes them: values by place. Every one is checked before one runs.
+    devices:  names; "all" is every device that this machine has.
+    repeats:  how often each is timed, after one run that is not counted. Within a repeat all take turns.
+    error:    the figure that the front is about; by default the first of the measure. flip: tell the mean FLIP, too.
+    bound:    of the reference. refer: makes references from a network, by default `nodegraph.accuracy.reference`.
+
+    A setting that fails is a point with its ``failure``. Raises CommandError and ParameterError for what makes no
+    sense, DeviceMissing for a device that is not there, the reference's double precision included.
+    """
+    if repeats < 1:
+        raise ParameterError(f"repeats: {repeats} is below 1")
+    wanted = [dict(settings) for settings in variants]
+    if not wanted:
+        raise ParameterError("measure: there is no setting to measure")
+    networks = [applied(network, settings) for settings in wanted]
+    told = [encoded(network, settings) for settings in wanted]
+    plans = [_plan(one, view, size) for one in networks]
+    _check_figure(plans[0], view, error, flip)
+    timed = timed_nodes(network, view, plans)
+
+    refer = refer or _default_reference(view, size, bound, on_progress)
+    with contextlib.ExitStack() as stack:
+        opened, notes = _open(stack, devices)
+        references, which, values = _references(network, wanted, refer, bound, on_progress)
+        trials = [
+            Trial(networks[i], view, size, told[i], label, engine, timed, made)
+            for label, (engine, _) in opened.items()
+            for made in [dict[str, float]()]
+            for i in range(len(networks))
+        ]
+        points: list[Point] = []
+        kind: Measure | None = None
+        for count, trial in enumerate(trials):
+            on_progress(f"{trial.label}, first run", count / len(trials))
+            place = which[count % len(networks)]
+            value = trial.first()
+            found: dict[str, float] = {}
+            failure = trial.failure or references[place].failure
+            if not failure:
+                kind = measure_of(value)
+                try:
+                    found = errors(value, values[place].value, values[place].mask, flip=flip)
+                except GraphError as refused:
+                    failure = str(refused)
+            image = value if isinstance(value, Image) else None
+            points.append(
+                Point(trial.settings, trial.device, errors=found, reference=place, image=image, failure=failure)
+            )
+        _take_turns(trials, repeats, on_progress)
+    return Measured(
+        name=name,
+        view=view,
+        size=size,
+        repeats=repeats,
+        error=error or (kind.first if kind else "max"),
+        rising=kind.rising if kind else frozenset(),
+        units=_units(kind, values),
+        points=tuple(_timed_point(point, trial) for point, trial in zip(points, trials, strict=True)),
+        references=tuple(references),
+        timed=timed,
+        devices={label: description for label, (_, description) in opened.items()},
+        machine=f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}",
+        notes=tuple(notes),
+    ).with_front()
+
+
+def _take_turns(trials: Sequence[Trial], repeats: int, on_progress: OnProgress) -> None:
+    """Time all in each repeat, so that a machine that is busy for a while hits all alike.
+
+    Every other repeat goes backwards: what comes after a heavy neighbour comes before it the next time.
+    """
+    working = [trial for trial in trials if not trial.failure]
+    for repeat in range(repeats):
+        for count, trial in enumerate(working if repeat % 2 == 0 else reversed(working)):
+            done = (repeat + count / len(working)) / repeats
+            on_progress(f"{trial.label}, repeat {repeat + 1} of {repeats}", done)
+            if not trial.failure:
+                trial.time()
+
+
+def _timed_point(point: Point, trial: Trial) -> Point:
+    failure = point.failure or trial.failure
+    point = replace(point, failure=failure, notes=trial.notes)
+    if not trial.seconds or trial.failure:
+        return point
+    return replace(
+        point,
+        seconds=statistics.median(trial.seconds),
+        device_seconds=statistics.median(trial.device_seconds),
+        prepare_seconds=trial.prepare_seconds,
+        bytes=trial.bytes,
+        runs=tuple(trial.seconds),
+    )
+
+
+# -- before anything runs ---------------------------------------------------------------------------------------------
+
+
+def _plan(network: Network, view: str, size: tuple[int, int] | None) -> Plan:
+    """The plan of one setting; CommandError where the view is none that can be measured."""
+    from nodegraph.pictures import is_effect
+    from nodegraph.plan import plan
+
+    flat = network.flatten()
+    if is_effect(flat, view):
+        sources = [f"{path}.{output}" for path, output in _feeding(flat, view)]
+        cure = f", {' or '.join(sources)}" if sources else ""
+        raise CommandError(f"{view}: it changes the world, so it is not measured; name what it reads{cure}")
+    made = plan(flat, [view], size=size, device=lambda: "none")
+    outputs = _outputs(made, view)
+    if len(outputs) != 1:
+        names = ", ".join(f"{path}.{output}" for path, output, _ in outputs)
+        cure = f"several values; name one: {names}" if outputs else "nothing; name a node with an output"
+        raise CommandError(f"{view}: it shows {cure}")
+    return made
+
+
+def _feeding(flat: Any, view: str) -> Iterator[tuple[str, str]]:
+    for sources in flat.nodes[view].sources.values() if view in flat.nodes else ():
+        for source in sources:
+            if isinstance(source, tuple):
+                yield source[0], source[1]
+
+
+def _outputs(plan: Plan, view: str) -> list[tuple[str, str, type]]:
+    """(path, output, declared type) of what a sink shows."""
+    feeds = list(plan.sinks[view])
+    for place, output in plan.sinks[view]:
+        if not output:
+            feeds.remove((place, output))
+            feeds += [feed for sources in plan.tasks[place].feeds.values() for feed in sources or ()]
+    found = []
+    for place, output in feeds:
+        processor = plan.tasks[place].processor
+        port = processor.outputs.get(output) if processor is not None else None
+        found.append((plan.tasks[place].path, output, port.type if port is not None else object))
+    return found
+
+
+def _check_figure(plan: Plan, view: str, error: str, flip: bool) -> None:
+    """Refuse a type without a measure, and an error that its measure does not tell."""
+    _, _, declared = _outputs(plan, view)[0]
+    if declared is object:
+        return  # a port for anything: what comes is seen when it is there
+    known = measure_for(declared)
+    figures = tuple(figure for figure in known.figures if flip or figure != "flip")
+    if error and error not in figures:
+        cure = "; say --flip as well" if error == "flip" and "flip" in known.figures else ""
+        raise ParameterError(f"{error}: no such error of {view}{cure or near_miss_or_all(error, figures)}")
+
+
+def timed_nodes(network: Network, view: str, plans: Sequence[Plan]) -> tuple[str, ...]:
+    """The nodes whose results the settings change, in the order in which they run.
+
+    Where one setting stands alone: the nodes that hold a knob and those below them; without a knob, all.
+    """
+    prints: dict[str, list[frozenset[bytes]]] = {}
+    for number, plan in enumerate(plans):
+        own: dict[str, set[bytes]] = {}
+        for task in plan.tasks:
+            own.setdefault(task.path, set()).add(task.fingerprint)
+        for path, keys in own.items():
+            prints.setdefault(path, [frozenset()] * len(plans))[number] = frozenset(keys)
+    changed = {path for path, keys in prints.items() if len(set(keys)) > 1}
+    if not changed:
+        changed = {knob.place.rpartition(".")[0] for knob in quality_parameters(network, view)} & prints.keys()
+        for task in plans[0].tasks:
+            above = {plans[0].tasks[i].path for sources in task.feeds.values() for i, _ in sources or ()}
+            if above & changed:
+                changed.add(task.path)
+    return tuple(path for path in prints if path in changed or not changed)
+
+
+# -- devices and references ------------------------------------------------------------------------------------------
+
+
+def _open(stack: contextlib.ExitStack, devices: Sequence[str] | str) -> tuple[dict[str, tuple[Engine, str]], list[str]]:
+    """An engine on each device, by the device's name, with its description. What "all" does not find is a note."""
+    from nodegraph.engine import Engine
+
+    names = [devices] if isinstance(devices, str) else list(devices)
+    every = "all" in names
+    opened: dict[str, tuple[Engine, str]] = {}
+    notes: list[str] = []
+    for name in DEVICES if every else names:
+        # Nothing may answer from an earlier process either.
+        engine = stack.enter_context(Engine(device=name, disk=False))
+        try:
+            device = engine.call(lambda engine=engine, name=name: engine.devices.choose(name).device)  # type: ignore[misc]
+        except DeviceError as missing:
+            if not every:
+                raise
+            notes.append(f"{name} is left out: {missing}")
+            continue
+        opened.setdefault(device.name, (engine, device.description))
+    if not opened:
+        raise DeviceMissing("; ".join(notes))
+    return opened, notes
+
+
+def _default_reference(
+    view: str, size: tuple[int, int] | None, bound: float, on_progress: OnProgress
+) -> Callable[[Network], Reference]:
+    def refer(network: Network) -> Reference:
+        from nodegraph.accuracy.reference import reference
+
+        def show(text: str, fraction: float | None) -> None:
+            on_progress(text, fraction or 0.0)
+
+        return reference(network, view, size=size, bound=bound, show=show)
+
+    return refer
+
+
+def _references(
+    network: Network,
+    variants: Sequence[Mapping[str, Any]],
+    refer: Callable[[Network], Reference],
+    bound: float,
+    on_progress: OnProgress,
+) -> tuple[list[ReferenceNote], list[int], dict[int, Reference]]:
+    """References, which of them each setting has, and what was found, by its place.
+
+    Settings that differ in knobs alone have one reference: that of the network as it is. What is no knob (a filter's
+    width, a camera) is a question of its own, and has its own answer.
+    """
+    places = {place for settings in variants for place in settings}
+    knobs = {place for place in places if declaration(network, place).quality is not None}
+    notes: list[ReferenceNote] = []
+    which: list[int] = []
+    found: dict[int, Reference] = {}
+    known: dict[str, int] = {}
+    for settings in variants:
+        own = {place: value for place, value in settings.items() if place not in knobs}
+        told = encoded(network, own)
+        key = repr(sorted(told.items()))
+        if key not in known:
+            place = known[key] = len(notes)
+            try:
+                made = refer(applied(network, own))
+            except DeviceError:
+                raise  # without double precision there is no reference of anything
+            except GraphError as failed:
+                notes.append(ReferenceNote(told, bound=bound, failure=f"no reference: {failed}"))
+            else:
+                found[place] = made
+                notes.append(
+                    ReferenceNote(
+                        told,
+                        made.summary(),
+                        made.converged,
+                        made.difference,
+                        made.bound,
+                        made.rounds,
+                        made.share_left_out,
+                        made.value if isinstance(made.value, Image) else None,
+                        notes=made.notes,
+                    )
+                )
+        which.append(known[key])
+    return notes, which, found
+
+
+def _units(kind: Measure | None, references: Mapping[int, Reference]) -> dict[str, str]:
+    """Units of the figures; those of a volume are its own."""
+    units = dict(kind.units) if kind is not None else {}
+    unit = next((getattr(getattr(found.value, "mapping", None), "unit", "") for found in references.values()), "")
+    if unit:
+        units |= dict.fromkeys(("max", "rmse", "p999"), unit)
+    return units
