@@ -99,6 +99,8 @@ CASES: list[tuple[str, str, dict[str, Any]]] = [
         for mode in ("over", "nearest", "add", "multiply", "mix")),
     ("image.depth_darkening", "both-passes", {"image": FRONT, "sigma": 5.0}),
     ("image.difference", "amplified", {"image": FRONT, "reference": BACK, "gain": 1.0}),
+    *(("image.ssao", f"{method}-{sampling}", {"image": FRONT, "camera": CAMERA, "method": method, "sampling": sampling})
+        for method in ("hemisphere", "sphere") for sampling in ("hashed", "every_pixel")),
 ]  # fmt: skip
 
 
@@ -122,7 +124,7 @@ ASKED: set[tuple[str, tuple[tuple[str, int], ...]]] = set()
 
 def _arrays(result: Any) -> list[np.ndarray]:
     """Colour, then depth; the data of a volume."""
-    result = getattr(result, "difference", result)
+    result = getattr(result, "difference", getattr(result, "shaded", result))
     if isinstance(result, Volume):
         return [result.data]
     return [result.color] if result.depth is None else [result.color, result.depth]
