@@ -1,0 +1,219 @@
+"""Bricks: what is where in a volume, coarsely, so that a renderer need not look where nothing can be seen.
+
+A brick is 8 x 8 x 8 cells. Brick b of an axis covers the cells 8 b .. 8 b + 7, that is voxels 8 b .. 8 b + 8: one
+plane of voxels is shared with the next brick, so that whatever is interpolated inside a brick comes from its own
+voxels. The first and the last brick reach to the outer faces of the volume (-1/2 and n - 1/2), where the value of the
+outermost voxels goes on.
+
+    ranges = brick_ranges(volume)                                     one pass over the volume
+    visible = visible_bricks(ranges, table, lookup)                   one look-up per brick, for each transfer function
+    distances = brick_distances(visible)                              how far a ray may leap
+
+All of them are pure functions of volumes, arrays and numbers. Arrays of bricks are (z, y, x), as volumes are.
+Source: Schlosser 2009, C06 (least and greatest value, transparency by a prefix sum); docs/decisions/0007.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nodegraph.data.buffer import Array
+from nodegraph.data.transfer_function import TransferFunction
+from nodegraph.data.volume import Volume
+from nodegraph.errors import PortError
+
+BRICK = 8
+"""Cells along each edge of a brick."""
+
+FARTHEST = 255
+"""The greatest distance that `brick_distances` tells apart."""
+
+VALUE_ROUNDING = 2.0**-20
+"""Relative error of an interpolated value in single precision: 16 roundings (seven interpolations, the mapping)."""
+
+ROW_ROUNDING = 2.0**-21
+"""Relative error of the place in a table that single precision finds for a value: 8 roundings."""
+
+Flags = NDArray[np.bool_]
+
+
+def brick_counts(dims: tuple[int, int, int]) -> tuple[int, int, int]:
+    """Number of bricks (x, y, z) of a grid of ``dims`` voxels (x, y, z): ceil((n - 1) / 8), at least 1."""
+    x, y, z = (max(1, -(-(n - 1) // BRICK)) for n in dims)
+    return x, y, z
+
+
+def brick_ranges(volume: Volume) -> NDArray[np.float64]:
+    """Least and greatest real value in each brick of a volume of one component: (bz, by, bx, 2), float64.
+
+    Voxels that are not a number count for nothing; a brick that has no others gets (inf, -inf). A brick with an
+    infinite voxel gets (-inf, inf). The ranges are wider than the exact ones by what a device that computes in single
+    precision, on the volume less its origin, may be off; where nothing is rounded, as in a brick of zeros of a float
+    or an unsigned volume, they are exact. Reads nine planes of the volume at a time and keeps none.
+    """
+    if volume.components != 1:
+        raise PortError(f"brick_ranges: expected one component, got {volume.components}; choose one of them")
+    stored = _stored_ranges(volume.data.reshape(volume.dims[::-1]))
+    finite = stored[np.isfinite(stored)]
+    least, greatest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    scale, offset = volume.mapping.scale, volume.mapping.offset
+    with np.errstate(over="ignore", invalid="ignore"):
+        ranges = stored.astype(np.float64) * scale + offset
+        if scale < 0.0:
+            ranges = ranges[..., ::-1]
+        error = np.zeros(ranges.shape[:-1])
+        for shift in _shifts(volume.dtype, least, greatest):
+            # A device adds two parts: the voxel, counted from `shift`, and all that is constant.
+            varying = np.abs(ranges - offset - shift * scale).max(axis=-1)
+            constant = offset - volume.origin + shift * scale
+            error = np.maximum(error, VALUE_ROUNDING * (varying + abs(constant)))
+        ranges = ranges + error[..., None] * (-1.0, 1.0)
+    nothing = np.isnan(stored).any(axis=-1)  # NaN alone: it is left where there is nothing else
+    infinite = ~np.isfinite(ranges).all(axis=-1)
+    ranges[infinite] = (-np.inf, np.inf)
+    ranges[nothing] = (np.inf, -np.inf)
+    return ranges
+
+
+def visible_bricks(
+    ranges: Array, table: Array, lookup: tuple[float, float], threshold: float = 0.0, level: float = 0.0
+) -> Flags:
+    """True for the bricks (bz, by, bx) in which some value has an extinction above ``threshold`` per mm.
+
+    ``table`` is `TransferFunction.table(rows)`, (rows, 4), read with linear interpolation and clamped at its ends, and
+    ``lookup`` is `TransferFunction.lookup(rows, level)`: what takes a value, less ``level``, to a place in it. A brick
+    is invisible when no row that its values can touch, in single precision, is above the threshold. Bricks without
+    values are invisible: what is not a number is transparent.
+    """
+    extinction = np.asarray(table)[:, 3]
+    above = np.concatenate([[0], np.cumsum(extinction > threshold)])  # above[j] - above[i]: how many of rows i .. j - 1
+    scale, offset = lookup
+    last = len(extinction) - 1
+    with np.errstate(over="ignore", invalid="ignore"):
+        products = (np.asarray(ranges, np.float64) - level) * scale
+        error = ROW_ROUNDING * (np.abs(products) + abs(offset))
+        low = np.floor(products[..., 0] + offset - error[..., 0])
+        high = np.ceil(products[..., 1] + offset + error[..., 1])
+    # NaN comes of a table of one value (inf * 0), all of whose rows are the same.
+    first = np.clip(np.nan_to_num(low, nan=0.0), 0, last).astype(np.intp)
+    end = np.clip(np.nan_to_num(high, nan=last), 0, last).astype(np.intp) + 1
+    found: Flags = (ranges[..., 0] <= ranges[..., 1]) & (above[end] > above[first])
+    return found
+
+
+def visible_by_keys(ranges: Array, function: TransferFunction) -> Flags:
+    """True for the bricks (bz, by, bx) in which a value has extinction by the keys themselves, not by a table."""
+    if not function.keys:
+        return np.zeros(ranges.shape[:-1], np.bool_)
+    places = np.array([key.value for key in function.keys])
+    positive = np.array([key.opacity > 0.0 for key in function.keys])
+    # Interval i lies between keys i - 1 and i; beyond the ends the outermost keys go on.
+    above = np.concatenate([[positive[0]], positive[:-1] | positive[1:], [positive[-1]]])
+    counts = np.concatenate([[0], np.cumsum(above)])
+    first = np.searchsorted(places, ranges[..., 0], side="left")
+    end = np.searchsorted(places, ranges[..., 1], side="right") + 1
+    found: Flags = (ranges[..., 0] <= ranges[..., 1]) & (counts[np.maximum(end, first)] > counts[first])
+    return found
+
+
+def visible_above(ranges: Array, iso: float, level: float = 0.0) -> Flags:
+    """True for the bricks (bz, by, bx) in which a value reaches ``iso``, both compared less ``level``."""
+    rounding = 2.0**-23 * abs(iso - level)
+    found: Flags = (ranges[..., 0] <= ranges[..., 1]) & (ranges[..., 1] >= iso - rounding)
+    return found
+
+
+def brick_distances(visible: Array) -> NDArray[np.float32]:
+    """How far, in bricks, it is to a brick of the other kind: (bz, by, bx) float32, -255 .. 255.
+
+    For an invisible brick the Chebyshev distance to the nearest visible one, for a visible brick minus the distance to
+    the nearest invisible one; 255 stands for all that is farther, or nowhere. So about a brick at distance d all bricks
+    within |d| - 1 are of its kind.
+    """
+    visible = np.asarray(visible, np.bool_)
+    return np.where(visible, -_chebyshev(~visible), _chebyshev(visible))
+
+
+def visible_box(visible: Array, dims: tuple[int, int, int]) -> tuple[Array, Array] | None:
+    """Least box (low, high) about the visible bricks in the index space (x, y, z) of a volume of ``dims`` voxels.
+
+    Where the outermost bricks are visible it reaches to the outer faces, -1/2 and n - 1/2. None when nothing is.
+    """
+    if not np.any(visible):
+        return None
+    low, high = np.empty(3), np.empty(3)
+    for axis in range(3):
+        others = tuple(2 - other for other in range(3) if other != axis)
+        found = np.flatnonzero(np.any(visible, axis=others))
+        first, last = int(found[0]), int(found[-1])
+        low[axis] = first * BRICK if first > 0 else -0.5
+        high[axis] = (last + 1) * BRICK if last < visible.shape[2 - axis] - 1 else dims[axis] - 0.5
+    return low, high
+
+
+def _shifts(dtype: np.dtype[Any], least: float, greatest: float) -> tuple[float, ...]:
+    """From where devices count stored numbers: the storage table of docs/devices.md. Double precision asks nobody."""
+    if dtype.kind == "i" and dtype.itemsize <= 2:
+        return 0.0, -(2.0 ** (8 * dtype.itemsize - 1))  # OpenCL as they are, OpenGL without a sign
+    middle = least + (greatest - least) / 2
+    if dtype.kind in "iu" and dtype.itemsize > 2 and max(abs(least), abs(greatest)) > 2.0**24:
+        return (float(math.floor(middle)),)
+    if dtype.kind == "f" and dtype.itemsize > 4 and abs(middle) > greatest - least:
+        return (middle,)
+    return (0.0,)
+
+
+def _chebyshev(found: Flags) -> NDArray[np.float32]:
+    """Chebyshev distance of each cell to the nearest that is True, at most 255.
+
+    One axis after the other: what lies k away along this axis and d away along the axes before is max(k, d) away.
+    """
+    distance = (~found).astype(np.uint8) * np.uint8(FARTHEST)
+    for _ in range(distance.ndim):
+        # The next axis comes to the front, where shifting is fast; after three turns all are where they were.
+        before = np.ascontiguousarray(np.moveaxis(distance, -1, 0))
+        distance, longer, steps = before.copy(), before.copy(), np.empty_like(before)
+        for k in range(1, min(len(before), FARTHEST)):
+            if k >= distance.max():
+                break  # nothing gets nearer by steps as long as this
+            steps.fill(k)  # numpy is eight times slower with a number than with an array of it
+            np.maximum(longer, steps, out=longer)
+            np.minimum(distance[k:], longer[:-k], out=distance[k:])
+            np.minimum(distance[:-k], longer[k:], out=distance[:-k])
+    return distance.astype(np.float32)
+
+
+def _stored_ranges(data: Array) -> Array:
+    """Least and greatest stored number of each brick (bz, by, bx, 2); NaN where there is nothing else."""
+    nz, ny, nx = data.shape
+    x, y, z = brick_counts((nx, ny, nz))
+    half = data.dtype == np.float16  # numpy is slow with it
+    result = np.empty((z, y, x, 2), np.float32 if half else data.dtype)
+    for layer in range(z):
+        slab = data[layer * BRICK : layer * BRICK + BRICK + 1]
+        if half:
+            slab = slab.astype(np.float32)
+        _reduce(slab, result[layer], np.minimum, np.maximum)
+        if slab.dtype.kind == "f" and np.isnan(result[layer]).any():
+            _reduce(slab, result[layer], np.fmin, np.fmax)  # slower, and not poisoned by NaN
+    return result
+
+
+def _reduce(slab: Array, into: Array, least: np.ufunc, greatest: np.ufunc) -> None:
+    """Reduce the planes of one layer of bricks (planes, y, x) to (by, bx, 2)."""
+    y, x, _ = into.shape
+    for end, ufunc in enumerate((least, greatest)):
+        plane = ufunc.reduce(slab, axis=0)
+        into[..., end] = _reduce_axis(ufunc, _reduce_axis(ufunc, plane, y).T, x).T
+
+
+def _reduce_axis(ufunc: np.ufunc, rows: Array, count: int) -> Array:
+    """Reduce the first axis to ``count`` bricks, of which each takes in the first row of the next."""
+    starts = np.arange(count) * BRICK
+    result = ufunc.reduceat(rows, starts, axis=0)
+    result[:-1] = ufunc(result[:-1], rows[starts[1:]])
+    return result
