@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any, ClassVar, NamedTuple
 
@@ -89,18 +90,12 @@ class TransferFunction(Value):
         return out
 
     def table(self, size: int = 1024) -> NDArray[np.float64]:
-        """Samples of `evaluate` at ``size`` equal steps over the domain, (size, 4), ends included.
+        """Samples of `evaluate` at ``size`` equal steps over the domain, (size, 4), ends included; read-only.
 
-        Linear interpolation of this table differs from the function only in the cells that hold a key.
+        Linear interpolation of this table differs from the function only in the cells that hold a key. Equal functions
+        share one table, so that a picture that changes by its light or camera alone classifies nothing anew.
         """
-        if not self.keys:
-            return np.zeros((max(size, 2), 4))
-        low, high = self._span(size)
-        if size < 2 or not high > low:
-            return np.repeat(self.evaluate([high]), max(size, 2), axis=0)
-        result = self.evaluate(low + (high - low) * (np.arange(size) / (size - 1)))
-        result[0] = [*self.keys[0].color, float(self.extinction(self.keys[0].opacity))]
-        return result
+        return _table(self, size)
 
     def lookup(self, size: int, less: float = 0.0) -> tuple[float, float]:
         """(scale, offset) that takes a value, less a constant, to the index space of a table of ``size`` rows."""
@@ -142,6 +137,21 @@ class TransferFunction(Value):
     @classmethod
     def from_parts(cls, meta: dict[str, Any], arrays: Any) -> TransferFunction:
         return cls.from_json(meta)
+
+
+@functools.lru_cache(maxsize=32)
+def _table(function: TransferFunction, size: int) -> NDArray[np.float64]:
+    """See `TransferFunction.table`."""
+    low, high = function._span(size)
+    if not function.keys:
+        result = np.zeros((max(size, 2), 4))
+    elif size < 2 or not high > low:
+        result = np.repeat(function.evaluate([high]), max(size, 2), axis=0)
+    else:
+        result = function.evaluate(low + (high - low) * (np.arange(size) / (size - 1)))
+        result[0] = [*function.keys[0].color, float(function.extinction(function.keys[0].opacity))]
+    result.flags.writeable = False
+    return result
 
 
 def _key(key: Any, where: str) -> Key:
