@@ -34,7 +34,7 @@ class Trial:
         device: str,
         engine: Engine,
         timed: Sequence[str],
-        made: dict[str, float],
+        made: dict[str, float] | None = None,
     ) -> None:
         self.network = network
         self.view = view
@@ -43,7 +43,7 @@ class Trial:
         self.device = device
         self.engine = engine
         self.timed = frozenset(timed)
-        self.made = made
+        self.made = made if made is not None else {}
         self.failure = ""
         self.notes: tuple[str, ...] = ()
         self.seconds: list[float] = []

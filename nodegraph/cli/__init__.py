@@ -21,6 +21,7 @@ COMMANDS = {
     "run": "run a workspace and write its pictures",
     "sweep": "run a workspace once for every value of some parameters",
     "batch": "run a workspace once for each of many data files",
+    "measure": "vary settings and tell what each costs and how wrong it is",
     "explain": "print what a run would do, and why",
     "why": "say what made a node dirty or kept it clean",
     "info": "describe a data file or a workspace",
