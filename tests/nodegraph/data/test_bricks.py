@@ -162,6 +162,24 @@ def test_nothing_can_be_seen_inside_an_invisible_brick(data):
         assert not extinction_of(single_precision(volume, points), table, lookup).any()
 
 
+@pytest.mark.parametrize("dtype", ["i2", "u2", "i4", "f4"])
+def test_a_range_is_as_wide_as_single_precision_is_wrong(dtype):
+    """A ramp that begins exactly at the value of a uniform volume: half the time rounding lifts a sample onto it."""
+    rng = np.random.default_rng(5)
+    wrong = {True: 0, False: 0}
+    for _ in range(100):
+        stored = np.full((2, 2, 2), rng.integers(0, 20), dtype)
+        volume = Volume(stored, mapping=(rng.uniform(0.01, 3.0), rng.uniform(-1.0, 1.0), ""))
+        value = volume.range[0]
+        ramp = TransferFunction([(value - 10.0, (1, 1, 1), 0.0), (value, (1, 1, 1), 0.0), (value + 10, (1, 1, 1), 0.5)])
+        table, lookup = ramp.table(2 * ROWS + 1), ramp.lookup(2 * ROWS + 1, volume.origin)
+        points = rng.uniform(0, 1, (64, 3))
+        seen = extinction_of(single_precision(volume, points), table, lookup).any()
+        wrong[bool(seen)] += 1
+        assert visible_bricks(brick_ranges(volume), table, lookup, level=volume.origin).all() or not seen
+    assert wrong[True] > 10
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 @np.errstate(invalid="ignore")
