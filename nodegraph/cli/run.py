@@ -2,7 +2,8 @@
 
 Pictures go to OUT/<node>.png, by default into the current folder; an OUT that ends in .png or .exr is one file and
 needs exactly one view. FILE is a workspace, or a picture that carries the workspace that made it. The files that were
-written are printed, one a line.
+written are printed, one a line. With --error, every view is compared with a reference in double precision, and the
+error of what was just rendered is told.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="workspace (.json), or a picture (.png, .exr) that carries one")
     add_run_options(parser)
     parser.add_argument("--out", default=".", metavar="PATH", help="folder of the pictures, or one file (.png, .exr)")
+    parser.add_argument(
+        "--error", action="store_true", help="tell the measured error of what each view shows (makes a reference)"
+    )
     parser.add_argument(
         "--json", action="store_true", help="print states, timings, bytes and files as one JSON document"
     )
@@ -56,15 +60,30 @@ def run(arguments: argparse.Namespace) -> int:
                     f"says where they lie) and whether the transfer function shows their values"
                 )
         device = engine.device_in_use
+        seconds = time.perf_counter() - start
+        accuracy: dict[str, dict[str, Any]] = {}
+        sentences: list[str] = []
+        code = report.exit_code
+        if arguments.error:
+            from nodegraph.cli.errors_told import measured
+
+            with Progress() as progress:
+                accuracy, sentences, failed = measured(network, report, views, arguments.size, progress.show)
+            code = max(code, failed)
     if arguments.json:
-        answer(json.dumps(document(report, arguments.file, files, device, time.perf_counter() - start), indent=1))
+        told = document(report, arguments.file, files, device, seconds)
+        if arguments.error:
+            told |= {"accuracy": accuracy, "exit_code": code, "ok": report.ok and code == 0}
+        answer(json.dumps(told, indent=1))
     else:
         if device is not None:
             say(f"device {device['reason']}")
         for file in files:
             answer(file)
     tell(report)
-    return report.exit_code
+    for text in sentences:
+        say(text)
+    return code
 
 
 def _show(progress: Progress, event: Event) -> None:

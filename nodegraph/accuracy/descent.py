@@ -1,0 +1,90 @@
+"""The search of `tune`: coordinate descent over ladders, for every combination of choices and switches.
+
+A choice changes what its neighbours mean (an integrator of high order is worth its price only with a longer step), so
+choices are gone through and not descended along. Numbers are: one knob after the other moves along its ladder for as
+long as that makes things better, until none moves; then pairs move, one coarser and the other as far as it likes, since
+an error may be spent at one place or at another.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+
+from nodegraph.accuracy.settings import Knob, Settings
+from nodegraph.params import Bounded
+
+Rank = tuple[float, float]
+"""How good a setting is, less is better: by how much it breaks what was asked, then what is to be made small."""
+
+PATIENCE = 2
+"""Rungs that may bring nothing before a walk along a ladder ends: one of them may be an accident."""
+GAIN = 0.97
+"""What counts as better: times differ by a few percent from run to run."""
+MOST_COMBINATIONS = 64
+
+
+def is_better(one: Rank, other: Rank) -> bool:
+    """Whether a setting is better by more than chance."""
+    if one[0] != other[0]:
+        return one[0] < other[0]
+    return one[1] < GAIN * other[1]
+
+
+def combinations_of_choices(knobs: Sequence[Knob]) -> list[Settings]:
+    """Settings of choices and switches, from the fastest on; where these are too many, one change at a time."""
+    choices = [knob for knob in knobs if not isinstance(knob.parameter, Bounded)]
+    ladders = [knob.ladder() for knob in choices]
+    count = 1
+    for ladder in ladders:
+        count *= len(ladder)
+    present = {knob.place: knob.value for knob in choices}
+    if count <= MOST_COMBINATIONS:
+        rows = [dict(zip(present, row, strict=True)) for row in itertools.product(*ladders)]
+        return sorted(rows, key=lambda row: row != present)  # what the network has now comes first
+    alone = [{**present, knob.place: value} for knob, ladder in zip(choices, ladders, strict=True) for value in ladder]
+    return [present, *(row for row in alone if row != present)]
+
+
+def descend(start: Settings, knobs: Sequence[Knob], rank: Callable[[Settings], Rank]) -> Settings:
+    """Move the numbers of a setting along their ladders until nothing becomes better."""
+    ladders = {knob.place: knob.ladder() for knob in knobs if isinstance(knob.parameter, Bounded)}
+    best, score = dict(start), rank(start)
+    moved = True
+    while moved:
+        moved = False
+        for place, ladder in ladders.items():
+            found, reached = _along(best, place, ladder, rank, score)
+            if is_better(reached, score):
+                best, score, moved = found, reached, True
+        for coarser, finer in itertools.permutations(ladders, 2) if not moved else ():
+            place = ladders[coarser].index(best[coarser])
+            if place == 0:
+                continue
+            # What one knob saves by going a rung down, the other may spend.
+            other = {**best, coarser: ladders[coarser][place - 1]}
+            found, reached = _along(other, finer, ladders[finer], rank, rank(other))
+            if is_better(reached, score):
+                best, score, moved = found, reached, True
+                break
+    return best
+
+
+def _along(
+    start: Settings, place: str, ladder: Sequence[object], rank: Callable[[Settings], Rank], score: Rank
+) -> tuple[Settings, Rank]:
+    """The best rung of one ladder, walking from the present one both ways while it gets better."""
+    best, reached = start, score
+    here = ladder.index(start[place])
+    for rungs in (ladder[:here][::-1], ladder[here + 1 :]):
+        in_vain = 0
+        for value in rungs:
+            other = {**start, place: value}
+            found = rank(other)
+            if is_better(found, reached):
+                best, reached, in_vain = other, found, 0
+            else:
+                in_vain += 1
+                if in_vain == PATIENCE:
+                    break
+    return best, reached
