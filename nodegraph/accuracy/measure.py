@@ -299,21 +299,17 @@ def _references(
                 notes.append(ReferenceNote(told, bound=bound, failure=f"no reference: {failed}"))
             else:
                 found[place] = made
-                notes.append(
-                    ReferenceNote(
-                        told,
-                        made.summary(),
-                        made.converged,
-                        made.difference,
-                        made.bound,
-                        made.rounds,
-                        made.share_left_out,
-                        made.value if isinstance(made.value, Image) else None,
-                        notes=made.notes,
-                    )
-                )
+                notes.append(_note_of(told, made))
         which.append(known[key])
     return notes, which, found
+
+
+def _note_of(settings: Mapping[str, Any], made: Reference) -> ReferenceNote:
+    note = ReferenceNote(
+        settings, made.summary(), made.converged, made.difference, made.bound, made.rounds, made.share_left_out,
+        notes=made.notes,
+    )  # fmt: skip
+    return replace(note, image=made.value, mask=made.mask) if isinstance(made.value, Image) else note
 
 
 def _units(kind: Measure | None, references: Mapping[int, Reference]) -> dict[str, str]:

@@ -12,6 +12,7 @@ from nodegraph.errors import ParameterError, near_miss_or_all
 
 if TYPE_CHECKING:
     from nodegraph.data import Image
+    from nodegraph.data.buffer import Array
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,9 @@ class Point:
 
 @dataclass(frozen=True)
 class ReferenceNote:
-    """What a reference was like. ``image`` where it is a picture; ``left_out``: the share of it that did not converge.
+    """What a reference was like. ``image``, ``mask``: where it is a picture, it and where it converged.
 
+    left_out: the share of it that did not converge.
     difference: the greatest that is left between its last two rounds; bound: what was asked for.
     failure: why there is none.
     """
@@ -67,6 +69,7 @@ class ReferenceNote:
     rounds: int = 0
     left_out: float = 0.0
     image: Image | None = field(default=None, repr=False, compare=False)
+    mask: Array | None = field(default=None, repr=False, compare=False)
     failure: str = ""
     notes: tuple[str, ...] = ()
 

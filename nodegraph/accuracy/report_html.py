@@ -105,7 +105,8 @@ def _table(measured: Measured) -> Iterator[str]:
         unit = measured.units.get(figure, "")
         heads.append(f"{figure}, {unit}" if unit else figure)
     yield '<div class="scroll"><table><thead><tr><th></th>'
-    yield "".join(f'<th tabindex="0">{escape(head)}</th>' for head in heads)
+    words = len(measured.places) + 1  # columns that are no numbers
+    yield "".join(f"<th{' class=n' if i >= words else ''}>{escape(head)}</th>" for i, head in enumerate(heads))
     yield "</tr></thead><tbody>"
     for place, point in enumerate(measured.points):
         yield _row(measured, place, point)
@@ -169,15 +170,19 @@ def _pictures(measured: Measured) -> Iterator[str]:
 def _reference(measured: Measured, place: int, url: str) -> str:
     note = measured.references[place]
     which = ", ".join(f"{name}={text(value)}" for name, value in note.settings.items())
+    left_out, told = "", f"{note.rounds} rounds"
+    if note.left_out > 0.0 and note.image is not None and note.mask is not None:
+        still, _ = amplified(note.image, note.image, note.mask)
+        left_out = f'<img alt="what did not converge" src="{data_url(still)}">'
+        told += f"; {number(100 * note.left_out)} % did not converge (right, in blue) and count nowhere"
     return (
-        f'<figure class="wide"><div class="pair"><img alt="reference" src="{url}"></div><figcaption><b>Reference</b>'
-        f"{escape(f' for {which}' if which else '')}: {note.rounds} rounds, {number(100 * note.left_out)} % left out"
-        "</figcaption></figure>"
+        f'<figure><div class="pair"><img alt="reference" src="{url}">{left_out}</div>'
+        f"<figcaption><b>Reference</b>{escape(f' for {which}' if which else '')}: {told}</figcaption></figure>"
     )
 
 
 def _figure(measured: Measured, place: int, point: Point, image: Image, reference: Image) -> str:
-    difference, factor = amplified(image, reference)
+    difference, factor = amplified(image, reference, measured.references[point.reference].mask)
     told = f"difference x {factor:,.6g}" if factor else "no difference"
     figures = ", ".join(
         f"{name} {number(point.errors[name], measured.units.get(name, ''))}"

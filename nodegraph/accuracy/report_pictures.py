@@ -22,6 +22,8 @@ SCALE = np.array(
 )
 HOLE = (0.0, 1.0, 1.0)
 """Where one of two pictures holds no finite number: a colour that the scale has not."""
+LEFT_OUT = (0.03, 0.08, 0.14)
+"""Where the reference did not converge."""
 
 
 class Amplified(NamedTuple):
@@ -31,13 +33,18 @@ class Amplified(NamedTuple):
     factor: float
 
 
-def amplified(value: Image, reference: Image) -> Amplified:
+def amplified(value: Image, reference: Image, mask: Array | None = None) -> Amplified:
     """The greatest difference over the channels of each pixel, times a power of two that brings it to 0..1.
 
     The factor is chosen such that 99.9 % of the pixels fit, so that a few bad ones do not leave the rest black.
+    Pixels where ``mask`` is False do not count and are drawn in one colour, `LEFT_OUT`.
     """
-    apart = reduce(distance(value.color, reference.color).max(axis=2), np.max)
-    finite = apart[np.isfinite(apart)]
+    apart = distance(value.color, reference.color).max(axis=2)
+    counted = np.ones(apart.shape, bool) if mask is None else mask
+    apart = reduce(np.where(counted, apart, 0.0), np.max)
+    # Of a square of pixels that is drawn as one, one that counts is enough.
+    nothing = reduce(counted.astype(np.float64), np.max) == 0.0
+    finite = apart[np.isfinite(apart) & ~nothing]
     level = 0.0
     if finite.size:
         level = float(np.partition(finite, -1 - finite.size // 1000)[-1 - finite.size // 1000])
@@ -48,6 +55,7 @@ def amplified(value: Image, reference: Image) -> Amplified:
     color = np.stack([np.interp(shown, places, SCALE[:, channel] / 255) for channel in range(3)], axis=2)
     color = srgb_decode(color)
     color[~np.isfinite(apart)] = HOLE
+    color[nothing] = LEFT_OUT
     return Amplified(_opaque(color), factor)
 
 

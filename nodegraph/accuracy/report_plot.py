@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 #: Colours that people with every kind of colour vision tell apart. Source: Okabe and Ito 2008.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8c6d31")
 MARKERS = "osD^vP*X"
-MOST_LABELS = 14
 DPI = 150
 
 
@@ -55,14 +54,15 @@ def plot(measured: Measured) -> bytes:
     heights = _heights(measured, points)
     _draw_series(axes, measured, points, heights)
     _draw_front(axes, measured, points, heights)
-    _dress(axes, measured, points, heights)
+    _dress(axes, measured, points)
+    _label_front(axes, points, heights)
     stream = io.BytesIO()
     figure.savefig(stream, format="png")
     return stream.getvalue()
 
 
 def series_of(measured: Measured, points: Sequence[Point]) -> Iterator[tuple[str, str, list[Point]]]:
-    """(label, device, points) of what belongs together: one device, and all settings but the first number alike."""
+    """(settings, device, points) of what belongs together: one device, and all settings but the first number alike."""
     numeric = next(
         (
             place
@@ -81,7 +81,7 @@ def series_of(measured: Measured, points: Sequence[Point]) -> Iterator[tuple[str
         groups.setdefault((point.device, *own), []).append(point)
     for (device, *own), members in groups.items():
         ordered = sorted(members, key=lambda point: point.settings.get(numeric, 0) if numeric else 0)
-        yield ", ".join([*own, device] if len(measured.devices) > 1 or not own else own), device, ordered
+        yield ", ".join(own), device, ordered
 
 
 def _named(place: str, value: Any) -> str:
@@ -112,10 +112,12 @@ def _heights(measured: Measured, points: Sequence[Point]) -> dict[int, float]:
 
 def _draw_series(axes: Axes, measured: Measured, points: Sequence[Point], heights: dict[int, float]) -> None:
     devices = list(measured.devices) or [""]
+    groups = list(series_of(measured, points))
+    several = len({own for own, _, _ in groups}) > 1
     names: dict[str, int] = {}
-    for label, device, members in series_of(measured, points):
-        own = label.replace(f", {device}", "").replace(device, "")
-        color = COLORS[names.setdefault(own, len(names)) % len(COLORS)]
+    for own, device, members in groups:
+        label = ", ".join(part for part in (own, device if len(devices) > 1 or not own else "") if part)
+        color = COLORS[names.setdefault(own if several else device, len(names)) % len(COLORS)]
         marker = MARKERS[(devices.index(device) if device in devices else 0) % len(MARKERS)]
         times = [1000 * point.seconds for point in members]
         axes.plot(times, [heights[id(point)] for point in members], color=color, lw=0.9, alpha=0.45, zorder=2)
@@ -143,8 +145,17 @@ def _draw_front(axes: Axes, measured: Measured, points: Sequence[Point], heights
     # Between two points of the front, what can be had in that time is the left one.
     axes.plot(times, errors, color="#222222", lw=1.4, drawstyle="steps-post", zorder=1, label="front")
     axes.plot(times, errors, linestyle="none", marker="o", ms=12, mfc="none", mec="#222222", mew=1.1, zorder=4)
-    labels = front if len(front) <= MOST_LABELS else front[:: math.ceil(len(front) / MOST_LABELS)]
-    for point in labels:
+
+
+def _label_front(axes: Axes, points: Sequence[Point], heights: dict[int, float]) -> None:
+    """Write the settings beside the points of the front, of several that lie close together beside the first."""
+    front = sorted((point for point in points if point.front), key=lambda point: point.seconds)
+    taken: list[Any] = []
+    for point in front:
+        at = axes.transData.transform((1000 * point.seconds, heights[id(point)]))
+        if any(abs(at[0] - other[0]) < 0.9 * DPI and abs(at[1] - other[1]) < 0.12 * DPI for other in taken):
+            continue
+        taken.append(at)
         told = ", ".join(
             text(value) if isinstance(value, str) else f"{place.rpartition('.')[2]} {text(value)}"
             for place, value in point.settings.items()
@@ -161,7 +172,7 @@ def _draw_front(axes: Axes, measured: Measured, points: Sequence[Point], heights
         )
 
 
-def _dress(axes: Axes, measured: Measured, points: Sequence[Point], heights: dict[int, float]) -> None:
+def _dress(axes: Axes, measured: Measured, points: Sequence[Point]) -> None:
     unit = measured.units.get(measured.error, "")
     axes.set_xlabel("time, ms (median)")
     axes.set_ylabel(f"{measured.error}{f', {unit}' if unit else ''}")
@@ -178,10 +189,17 @@ def _dress(axes: Axes, measured: Measured, points: Sequence[Point], heights: dic
     if measured.error not in measured.rising:
         axes.set_yscale("log")
     axes.margins(x=0.12, y=0.1)
-    axes.xaxis.set_major_formatter(_plain)
-    axes.xaxis.set_minor_formatter(_sparse)
+    for axis in (axes.xaxis, axes.yaxis):
+        if axis.get_scale() == "log":
+            low, high = sorted(axis.get_view_interval())
+            axis.set_major_formatter(_plain)
+            axis.set_minor_formatter(_sparse if high < 300 * low else _nothing)
     axes.tick_params(which="both", labelsize=8)
     axes.legend(fontsize=8, frameon=False, loc="best")
+
+
+def _nothing(value: float, place: float) -> str:
+    return ""
 
 
 def _plain(value: float, place: float) -> str:
