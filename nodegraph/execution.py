@@ -66,7 +66,7 @@ def execute(run: Run, place: int, arguments: dict[str, Any], device: Any) -> Res
     runs: tuple[KernelRun, ...] = ()
     if "device" in services:
         run.report.device_seconds[task.path] = services["device"].seconds
-        runs = tuple(services["device"].runs)
+        runs = services["device"].runs
     run.check()
     own(values, task.fingerprint)
     return Result(values, seconds, tuple(notes), tuple(memos), runs, tuple(dict.fromkeys(decisions)))

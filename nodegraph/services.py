@@ -58,7 +58,7 @@ class DeviceService:
         self._check = check
         self._progress = progress
         self.seconds = 0.0
-        self.runs: list[KernelRun] = []
+        self._runs: list[KernelRun] = []
 
     @property
     def name(self) -> str:
@@ -123,10 +123,20 @@ class DeviceService:
             )
             done = getattr(self._device, "last_run", None)
             if done is not None:
-                self.runs.append(replace(done, kernel=kernel))
+                self._note(replace(done, kernel=kernel))
             return result
         finally:
             self.seconds += time.perf_counter() - started
+
+    @property
+    def runs(self) -> tuple[KernelRun, ...]:
+        """What ran, equal runs as one each."""
+        return tuple(self._runs)
+
+    def _note(self, run: KernelRun) -> None:
+        from nodegraph.compute.dispatch import merged
+
+        self._runs = merged([*self._runs, run])
 
     def memo_key(self) -> bytes:
         """What a device among the arguments of `memo` contributes: its name and every kernel it may run."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,10 +66,11 @@ class FieldRead:
 
 @dataclass(frozen=True)
 class KernelRun:
-    """What one run of a kernel was: the variant, what it read and wrote, and how long it took.
+    """What a run of a kernel was: the variant, what it read and wrote, and how long it took.
 
     ``size`` is (w, h) pixels or (x, y, z) voxels; ``text`` is the translated program; ``outputs`` holds (name, bytes).
-    ``seconds`` are all of `Device.run`, with what had to be uploaded and, where ``built``, compiled.
+    ``seconds`` are all of `Device.run`, with what had to be uploaded and, where ``built``, compiled. Equal runs may be
+    told as one with a ``count``.
     """
 
     kernel: str
@@ -82,11 +83,28 @@ class KernelRun:
     outputs: tuple[tuple[str, int], ...]
     seconds: float
     built: bool
+    count: int = 1
+
+    @property
+    def variant(self) -> tuple[str, str, tuple[int, ...], str]:
+        """What equal runs have in common."""
+        return self.kernel, self.device, self.size, self.text
 
     @property
     def work(self) -> str:
         """How many pixels or voxels: ``64x48 pixels``."""
         return f"{'x'.join(map(str, self.size))} {'pixels' if len(self.size) == 2 else 'voxels'}"
+
+
+def merged(runs: Iterable[KernelRun]) -> list[KernelRun]:
+    """Equal runs as one each: a volume that is lit slice by slice is one line and not five hundred."""
+    found: dict[tuple[str, str, tuple[int, ...], str], KernelRun] = {}
+    for run in runs:
+        first = found.get(run.variant)
+        if first is not None:
+            run = replace(first, count=first.count + run.count, seconds=first.seconds + run.seconds)
+        found[run.variant] = run
+    return list(found.values())
 
 
 class Resident:

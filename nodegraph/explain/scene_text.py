@@ -28,7 +28,8 @@ def scene_text(scene: Scene) -> str:
         for purpose, nbytes in node.device.items():
             totals[purpose] = totals.get(purpose, 0) + nbytes
     host = sum(node.host for node in scene.nodes.values())
-    return "\n".join([*lines, "", f"in all: {_bytes_by_purpose(host, totals)}"])
+    memos = sum(memo.bytes for node in scene.nodes.values() for memo in node.memos)
+    return "\n".join([*lines, "", f"in all: {_bytes_by_purpose(host, totals, memos)}"])
 
 
 def _node(node: SceneNode) -> list[str]:
@@ -46,9 +47,9 @@ def _node(node: SceneNode) -> list[str]:
 
 def _kernel(kernel: SceneKernel) -> list[str]:
     run = kernel.run
-    times = f"{kernel.count} times " if kernel.count > 1 else ""
+    times = f"{run.count} times " if run.count > 1 else ""
     built = ", compiled anew" if run.built else ""
-    lines = [_row("kernel", f"{run.kernel} on {run.device}, {times}{run.work}, {duration(kernel.seconds)}{built}")]
+    lines = [_row("kernel", f"{run.kernel} on {run.device}, {times}{run.work}, {duration(run.seconds)}{built}")]
     held = [str(switch) for switch in kernel.switches if switch.held]
     out = [
         f"{switch.name} ({switch.meaning})" if switch.meaning else switch.name
@@ -75,9 +76,9 @@ def _memo(memo: SceneMemo) -> str:
     return f"{memo.name}: {', '.join(parts)}"
 
 
-def _bytes_by_purpose(host: int, device: Mapping[str, int]) -> str:
-    """``host 0.3 MB, device inputs 1 MB, programs 5 kB``."""
-    parts = [f"host {size_of(host)}"]
+def _bytes_by_purpose(host: int, device: Mapping[str, int], memos: int = 0) -> str:
+    """``host 0.3 MB, memos 20 kB, device inputs 1 MB, programs 5 kB``."""
+    parts = [f"host {size_of(host)}", *([f"memos {size_of(memos)}"] if memos else [])]
     named = {purpose: device[purpose] for purpose in (*PURPOSES, *device) if device.get(purpose)}
     if named:
         parts.append("device " + ", ".join(f"{PURPOSES.get(what, what)} {size_of(n)}" for what, n in named.items()))

@@ -27,12 +27,10 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class SceneKernel:
-    """Equal runs of one variant: ``run`` is the first of ``count``, which took ``seconds`` together."""
+    """Equal runs of a kernel, and its switches as that variant has them."""
 
     run: KernelRun
     switches: tuple[Switch, ...]
-    count: int = 1
-    seconds: float = 0.0
 
 
 @dataclass(slots=True)
@@ -137,19 +135,10 @@ def _fill(nodes: dict[str, SceneNode], report: Report, last: LastRun) -> None:
 
 
 def _kernels(runs: list[KernelRun]) -> list[SceneKernel]:
-    """Runs of a kernel, equal ones together: a chain of forty slices is one entry."""
+    from nodegraph.compute.dispatch import merged
     from nodegraph.compute.language import switches
 
-    found: dict[tuple[object, ...], SceneKernel] = {}
-    for run in runs:
-        key = (run.kernel, run.device, run.size, run.text)
-        kernel = found.get(key)
-        if kernel is None:
-            found[key] = SceneKernel(run, switches(run.source, run.defines), 1, run.seconds)
-        else:
-            kernel.count += 1
-            kernel.seconds += run.seconds
-    return list(found.values())
+    return [SceneKernel(run, switches(run.source, run.defines)) for run in merged(runs)]
 
 
 def _count_host(engine: Engine, plan: Plan, nodes: dict[str, SceneNode]) -> None:

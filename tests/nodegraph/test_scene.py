@@ -136,11 +136,11 @@ def test_a_scene_tells_who_asked_why_and_what_took_no_part() -> None:
 def test_kernels_are_told_by_variant_with_features_work_and_bytes(own) -> None:
     told = scene(own, shading(gain=2.0), size=SIZE)
     squared, plain = told.nodes["shade"].kernels
-    assert (squared.count, plain.count) == (3, 1), "equal runs are told once"
+    assert (squared.run.count, plain.run.count) == (3, 1), "equal runs are told once"
     assert squared.run.kernel == "shade"
     assert squared.run.work == "12x10 pixels"
     assert squared.run.device == "gl"
-    assert squared.seconds > 0.0
+    assert squared.run.seconds > 0.0
     assert {switch.name: switch.held for switch in squared.switches} == {"SQUARED": True, "ROUNDED": False}
     assert {switch.name: switch.held for switch in plain.switches} == {"SQUARED": False, "ROUNDED": False}
     assert [(field.name, field.bytes) for field in squared.run.fields] == [("volume", 256)]
@@ -167,7 +167,7 @@ def test_decisions_are_told_once_and_stay_with_the_result(own) -> None:
     again = scene(own, network, size=SIZE).nodes["shade"]
     assert not again.ran
     assert again.decisions == ["values are squared: the gain is 2"], "of what made the result that is kept"
-    assert [kernel.count for kernel in again.kernels] == [3, 1]
+    assert [kernel.run.count for kernel in again.kernels] == [3, 1]
     assert again.seconds is None
 
 
