@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8c6d31")
 MARKERS = "osD^vP*X"
 DPI = 150
+MOST_INSIDE = 8
+"""A longer legend stands beside the axes."""
 
 
 def can_plot() -> bool:
@@ -195,7 +197,10 @@ def _dress(axes: Axes, measured: Measured, points: Sequence[Point]) -> None:
             axis.set_major_formatter(_plain)
             axis.set_minor_formatter(_sparse if high < 300 * low else _nothing)
     axes.tick_params(which="both", labelsize=8)
-    axes.legend(fontsize=8, frameon=False, loc="best")
+    if len(axes.get_legend_handles_labels()[1]) <= MOST_INSIDE:
+        axes.legend(fontsize=8, frameon=False, loc="best")
+    else:
+        axes.figure.legend(fontsize=8, frameon=False, loc="outside right upper")
 
 
 def _nothing(value: float, place: float) -> str:
