@@ -4,13 +4,14 @@ VENV ?= .venv
 OUT  ?= demo-output
 RUN  := "$(VENV)/bin/python"
 
-.PHONY: help demo test quick bench docs devices lint types set-up-demo set-up-test clean
+.PHONY: help demo test quick bench bench-peers docs devices lint types set-up-demo set-up-test clean
 
 help:
 	@echo "make demo    render the shipped workspaces into $(OUT)/"
 	@echo "make test    everything that must hold: style, types, import rules, generated docs, all tests"
 	@echo "make quick   the same without what is slow: under 90 seconds"
 	@echo "make bench   speed and memory against hand-written peers; writes docs/performance.md"
+	@echo "make bench-peers   the same pictures by VTK, which it installs (640 MB); writes docs/peers.md"
 	@echo "make docs    write the generated pages of docs/"
 
 demo: set-up-demo
@@ -27,6 +28,9 @@ quick: set-up-test devices lint types
 
 bench: set-up-test
 	$(RUN) -m tests.benchmarks
+
+bench-peers: set-up-peers
+	$(RUN) -m tests.benchmarks.peers
 
 docs: set-up-test
 	$(RUN) -m nodegraph docs
@@ -47,6 +51,9 @@ set-up-demo:
 
 set-up-test:
 	@VENV="$(VENV)" sh scripts/set_up.sh test
+
+set-up-peers:
+	@VENV="$(VENV)" sh scripts/set_up.sh peers
 
 clean:
 	rm -rf "$(OUT)" build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

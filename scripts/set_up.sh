@@ -1,7 +1,7 @@
 #!/bin/sh
-# Make everything ready for `make demo` or `make test`; quick when that has been done before.
+# Make everything ready for `make demo`, `make test` or `make bench-peers`; quick when that has been done before.
 #
-#     sh scripts/set_up.sh demo|test
+#     sh scripts/set_up.sh demo|test|peers
 #
 # As root on Debian or Ubuntu, installs the system packages that are missing. Otherwise says which they are and
 # goes on with what is there: without OpenGL the demo runs on the OpenCL driver that comes as a wheel.
@@ -14,7 +14,8 @@ venv=${VENV:-.venv}
 case $goal in
     demo) extras="" ;;
     test) extras="[test,dev,plot,dask,accuracy]" ;;
-    *) echo "set_up.sh: '$goal' is neither demo nor test" >&2; exit 2 ;;
+    peers) extras="[test,dev,plot,dask,peers]" ;;
+    *) echo "set_up.sh: '$goal' is none of demo, test and peers" >&2; exit 2 ;;
 esac
 
 say() { echo "set-up: $*" >&2; }

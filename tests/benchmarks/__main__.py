@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import datetime
 import importlib
-import os
-import platform
 import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.benchmarks.measure import Row
+from tests.benchmarks.measure import Row, machine
 
 FOLDER = Path(__file__).resolve().parent
 PAGE = FOLDER.parents[1] / "docs" / "performance.md"
@@ -48,7 +46,7 @@ def _line(row: Row) -> str:
 
 def write(tables: dict[str, list[Row]]) -> None:
     """Put the figures between the two marks of docs/performance.md; the text around them stays."""
-    parts = [f"Measured {datetime.date.today().isoformat()} on {_machine()}."]
+    parts = [f"Measured {datetime.date.today().isoformat()} on {machine()}."]
     for title, rows in tables.items():
         lines = ["| what | measured | at most | made of |", "| --- | --- | --- | --- |"]
         for row in rows:
@@ -62,15 +60,6 @@ def write(tables: dict[str, list[Row]]) -> None:
         raise SystemExit(f"{PAGE}: the two marks of the measured part are missing")
     PAGE.write_text(page, "utf-8")
     print(f"\nwrote {PAGE}")
-
-
-def _machine() -> str:
-    from nodegraph.compute import survey
-
-    drivers = {f"{found.name}: {found.description}" for found in survey() if found.chosen}
-    return (
-        f"{os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}; {'; '.join(sorted(drivers))}"
-    )
 
 
 if __name__ == "__main__":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import platform
 import statistics
 import time
 from collections.abc import Callable, Mapping
@@ -50,3 +52,13 @@ def interleaved(actions: Mapping[str, Callable[[], object]], rounds: int = 7) ->
 def ms(seconds: float) -> str:
     """Seconds as text in milliseconds."""
     return f"{seconds * 1000:.3g} ms" if seconds < 0.1 else f"{seconds * 1000:.0f} ms"
+
+
+def machine() -> str:
+    """Cores, system and drivers in one line."""
+    from nodegraph.compute import survey
+
+    drivers = {f"{found.name}: {found.description}" for found in survey() if found.chosen}
+    return (
+        f"{os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}; {'; '.join(sorted(drivers))}"
+    )

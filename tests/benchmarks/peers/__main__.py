@@ -1,0 +1,79 @@
+"""Compare with VTK, print what was found, and write docs/peers.md.
+
+    python -m tests.benchmarks.peers [compare] [orbit] [sizes] [--side PIXELS] [--out FOLDER]
+
+Without names all three parts run. The page and its figures are written where all parts ran at full size, or into the
+folder that is named.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from nodegraph.engine import Engine
+from tests.benchmarks.peers import page, plots
+from tests.benchmarks.peers.compare import Comparison, compare
+from tests.benchmarks.peers.orbit import Orbit, orbits
+from tests.benchmarks.peers.ours import Ours
+from tests.benchmarks.peers.scenes import scenes
+from tests.benchmarks.peers.sizes import Cost, costs
+
+PARTS = ("compare", "orbit", "sizes")
+SIDE = 512
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Returns 1 where a factor that is wanted was not reached."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.peers", description=__doc__)
+    parser.add_argument("parts", nargs="*", metavar="PART", help=", ".join(PARTS))
+    parser.add_argument("--side", type=int, default=SIDE, help="of the pictures, pixels")
+    parser.add_argument("--out", type=Path, help="where the page and the figures go")
+    asked = parser.parse_args(arguments)
+    unknown = [part for part in asked.parts if part not in PARTS]
+    if unknown:
+        parser.error(f"{unknown[0]}: no such part; there are {', '.join(PARTS)}")
+    parts = asked.parts or PARTS
+    compared: list[Comparison] = []
+    turned: list[Orbit] = []
+    sized: list[Cost] = []
+    with Engine("gl", disk=False) as engine:
+        if "compare" in parts:
+            compared = compare_all((asked.side, asked.side), engine)
+        if "orbit" in parts:
+            turned = orbits((asked.side, asked.side), engine, say)
+        if "sizes" in parts:
+            sized = costs(engine, say, 4 * asked.side)
+    folder = asked.out or (page.DOCS if set(parts) == set(PARTS) and asked.side == SIDE else None)
+    if folder is not None:
+        if compared:
+            plots.plot_fronts(compared, folder / page.FRONTS)
+            plots.sheet(compared, folder / page.PICTURES)
+        if sized:
+            plots.plot_costs(sized, folder / page.COSTS)
+        page.write(folder / page.NAME, compared, turned, sized)
+    missed = page.missed(compared, turned)
+    for line in missed:
+        print(f"missed: {line}")
+    return 1 if missed else 0
+
+
+def compare_all(size: tuple[int, int], engine: Engine) -> list[Comparison]:
+    """All scenes; those with light after the same without."""
+    done: dict[str, Comparison] = {}
+    for scene in scenes(size):
+        say(f"{scene.name}: {scene.visible_share():.1%} of the voxels can be seen; making the reference")
+        truth = Ours(scene, engine).truth(say)
+        done[scene.name] = compare(scene, engine, truth, done.get(scene.name.split(",")[0]), say)
+    return list(done.values())
+
+
+def say(text: str) -> None:
+    """Print at once."""
+    print(text, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,144 @@
+"""What was found, as docs/peers.md tells it."""
+
+from __future__ import annotations
+
+import datetime
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.benchmarks.peers.compare import Comparison, Match
+from tests.benchmarks.peers.orbit import WANTED, Orbit
+from tests.benchmarks.peers.plots import GAIN, NAMES
+from tests.benchmarks.peers.sizes import Cost
+from tests.benchmarks.peers.vtk_peer import KINDS
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+NAME = "peers.md"
+FRONTS, COSTS, PICTURES = (Path("images") / f"peers_{what}.png" for what in ("fronts", "sizes", "pictures"))
+BEGIN, END = "<!-- measured: written by make bench-peers -->", "<!-- end of what make bench-peers writes -->"
+
+
+def missed(compared: Sequence[Comparison], turned: Sequence[Orbit]) -> list[str]:
+    """What is not as it is wanted, a sentence each."""
+    lines = [
+        f"{match.scene}, {NAMES[match.kind]}, step {match.theirs.settings['step']:g}: "
+        f"{match.factor:.2f} times as fast, {match.wanted:g} is wanted"
+        for found in compared
+        for match in found.matches
+        if match.factor < match.wanted
+    ]
+    lines += [
+        f"{found.scene.name}: the front lies above that of {NAMES[kind]}"
+        for found in compared
+        for kind in KINDS
+        if not found.advantage(kind) > 1.0
+    ]
+    return lines + [
+        f"orbit, {orbit.scene}: {orbit.frames_per_second:.1f} frames a second, {WANTED:g} are wanted"
+        for orbit in turned
+        if orbit.quality == "interactive" and orbit.frames_per_second < WANTED
+    ]
+
+
+def write(path: Path, compared: Sequence[Comparison], turned: Sequence[Orbit], sized: Sequence[Cost]) -> None:
+    """Put the figures between the two marks of the page; the text around them stays."""
+    from tests.benchmarks.measure import machine
+    from tests.benchmarks.peers.vtk_peer import version
+
+    parts = [f"Measured {datetime.date.today().isoformat()} on {machine()}; VTK {version()}."]
+    if compared:
+        parts += [_matches(compared), _fronts(compared), _pictures()]
+    if turned:
+        parts.append(_orbits(turned))
+    if sized:
+        parts.append(_costs(sized))
+    page = path if path.exists() else DOCS / NAME
+    text = page.read_text("utf-8")
+    measured = f"{BEGIN}\n\n" + "\n\n".join(parts) + f"\n\n{END}"
+    text, count = re.subn(re.escape(BEGIN) + ".*" + re.escape(END), lambda _: measured, text, flags=re.DOTALL)
+    if count != 1:
+        raise SystemExit(f"{page}: the two marks of the measured part are missing")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, "utf-8")
+    print(f"wrote {path}")
+
+
+def _matches(compared: Sequence[Comparison]) -> str:
+    lines = [
+        "## Time at no larger error",
+        "",
+        "| scene | VTK, step in voxels | VTK | its RMSE | bar | nodegraph | our RMSE | our setting | faster | wanted |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    lines += [_row(match) for found in compared for match in found.matches]
+    return "\n".join(lines)
+
+
+def _row(match: Match) -> str:
+    theirs, ours = match.theirs, match.ours
+    cells = [match.scene, f"{match.kind}, {theirs.settings['step']:g}", _ms(theirs.seconds), f"{theirs.rmse:.2e}"]
+    cells += [f"{match.bar:.2e}"]
+    cells += [_ms(ours.seconds), f"{ours.rmse:.2e}", ours.label] if ours else ["", "", "none is as accurate"]
+    return f"| {' | '.join([*cells, f'{match.factor:.1f} x', f'{match.wanted:g} x'])} |"
+
+
+def _fronts(compared: Sequence[Comparison]) -> str:
+    lines = [
+        "## Error over time",
+        "",
+        f"![error over time]({FRONTS.as_posix()})",
+        "",
+        "The least factor by which we are faster, over all steps of VTK from 4 to 1/4 voxel:",
+        "",
+        "| scene | " + " | ".join(NAMES[kind] for kind in KINDS) + " |",
+        "| --- |" + " --- |" * len(KINDS),
+    ]
+    for found in compared:
+        lines.append(f"| {found.scene.name} | " + " | ".join(f"{found.advantage(kind):.1f} x" for kind in KINDS) + " |")
+    return "\n".join(lines)
+
+
+def _pictures() -> str:
+    return (
+        f"![pictures]({PICTURES.as_posix()})\n\nFrom left to right: the reference, nodegraph at the error of the GPU "
+        "mapper, VTK's GPU and fixed-point mapper at a step of 1 voxel, and how these three differ from the "
+        f"reference, times {GAIN:g}."
+    )
+
+
+def _orbits(turned: Sequence[Orbit]) -> str:
+    lines = [
+        "## Going round: 60 frames of the chest",
+        "",
+        "| scene | quality | frames a second | wanted | median | slowest | RMSE | greatest difference |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for orbit in turned:
+        wanted = f"{WANTED:g}" if orbit.quality == "interactive" else ""
+        lines.append(
+            f"| {orbit.scene} | {orbit.quality} | {orbit.frames_per_second:.1f} | {wanted} | {_ms(orbit.median)} | "
+            f"{_ms(orbit.slowest)} | {orbit.rmse:.2e} | {orbit.maximum:.2e} |"
+        )
+    return "\n".join(lines)
+
+
+def _costs(sized: Sequence[Cost]) -> str:
+    lines = [
+        "## Cost against size",
+        "",
+        f"![cost against size]({COSTS.as_posix()})",
+        "",
+        "The same step of 1 voxel for all, one sample a step, so the errors differ.",
+        "",
+        "| scene | voxels | pixels | " + " | ".join(NAMES.values()) + " |",
+        "| --- | --- | --- |" + " --- |" * len(NAMES),
+    ]
+    for cost in sized:
+        times = " | ".join(_ms(cost.seconds[who]) for who in NAMES)
+        lines.append(f"| {cost.scene} | {cost.side}^3 | {cost.picture}^2 | {times} |")
+    return "\n".join(lines)
+
+
+def _ms(seconds: float) -> str:
+    return f"{seconds * 1000:.3g} ms" if seconds < 0.1 else f"{seconds * 1000:.0f} ms"

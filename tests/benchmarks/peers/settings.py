@@ -1,0 +1,31 @@
+"""Which of our settings are tried: everything that the ray-caster offers to trade."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+STEPS = tuple(2.0 ** (k / 2) for k in range(8, -7, -1))
+"""Lengths of a segment, voxels, coarse to fine: 16 to 1/8."""
+TOLERANCES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
+TERMINATION = 254.0 / 255.0
+"""Where VTK's GPU mapper ends a ray."""
+PAIRS = (256, 1024)
+
+Settings = Mapping[str, Any]
+
+
+def ladders() -> Iterator[list[Settings]]:
+    """Lists of settings, each from coarse to fine in the one thing in which its members differ."""
+    for integrator in ("midpoint", "trapezoid", "gauss2", "gauss3"):
+        yield [{"integrator": integrator, "step": step, "termination": TERMINATION} for step in STEPS]
+    for size in PAIRS:
+        yield [
+            {"integrator": "preintegrated", "step": step, "pair_table_size": size, "termination": TERMINATION}
+            for step in STEPS
+        ]
+    for step in (2.0, 4.0):
+        yield [
+            {"integrator": "adaptive", "step": step, "tolerance": tolerance, "termination": TERMINATION}
+            for tolerance in TOLERANCES
+        ]
