@@ -82,7 +82,7 @@ class Reference:
         what = "pixels" if self.mask.ndim == 2 else "voxels"
         return (
             f"the reference did not converge in {rounds}: {self.left_out} of {self.mask.size} {what} still differ, "
-            f"by up to {self.difference:.2g}; they are left out"
+            f"by up to {self.difference:.2g}"
         )
 
 

@@ -84,7 +84,7 @@ class Tries:
                 self.tell(f"{label} {text}", fraction)
 
             self.references[camera] = found = self._refer(
-                turned, self.view, self.size, self.bound, show=show, cancelled=self.stop
+                turned, self.view, self.size, bound=self.bound, show=show, cancelled=self.stop
             )
             if camera == 0:
                 self._choose_figure(found.value)

@@ -22,6 +22,7 @@ COMMANDS = {
     "sweep": "run a workspace once for every value of some parameters",
     "batch": "run a workspace once for each of many data files",
     "measure": "vary settings and tell what each costs and how wrong it is",
+    "tune": "find the cheapest settings under an error, or the most accurate within a time",
     "explain": "print what a run would do, and why",
     "why": "say what made a node dirty or kept it clean",
     "info": "describe a data file or a workspace",

@@ -36,7 +36,9 @@ def measured(
             name = view if len(shown) == 1 else f"{view}.{output}"
             try:
                 found = reference(network, name, size, show=show)
-                figures = errors(value, found.value, found.mask)
+                # Where no pixel converged there is nothing to look at but the whole, wrong as the reference may be.
+                mask = found.mask if found.mask is not None and found.mask.any() else None
+                figures = errors(value, found.value, mask)
             except GraphError as error:
                 told[name] = {"error": str(error)}
                 sentences.append(f"{name}: its error is not known: {error}")
@@ -53,7 +55,9 @@ def sentence(name: str, figures: Mapping[str, float], units: Mapping[str, str], 
         f"{_WORDS.get(figure, figure)} {number:.3g}{' ' + units[figure] if figure in units else ''}"
         for figure, number in figures.items()
     )
-    left_out = f", {100 * found.share_left_out:.2g} % left out" if found.mask is not None else ""
+    left_out = f", {100 * found.share_left_out:.3g} % left out" if found.mask is not None else ""
+    if found.share_left_out == 1.0:
+        left_out = ", nothing left out although nothing converged"
     notes = "".join(f"; {note}" for note in found.notes)
     return f"{name}: error {listed}{left_out}; {found.summary()}{notes}"
 
