@@ -106,10 +106,13 @@ def scene(
     before = engine.last(network)
     nodes: dict[str, SceneNode] = {}
     for place, task in enumerate(plan.tasks):
-        reason = fate(engine, plan, place, running, before)
-        node = nodes.setdefault(task.path, SceneNode(task.path, asked(task), reason))
-        if node.asked != asked(task):  # one node, run for several sizes
-            node.asked += f"; {asked(task)}"
+        wanted, reason = asked(task), fate(engine, plan, place, running, before)
+        node = nodes.setdefault(task.path, SceneNode(task.path, wanted, reason))
+        # One node may be asked for several sizes.
+        if wanted not in node.asked:
+            node.asked += f"; {wanted}"
+        if reason not in node.reason:
+            node.reason += f"; {reason}"
     report = engine.evaluate(network, sinks, size=size, quality=quality, on_event=on_event)
     _fill(nodes, report, engine.last(network))
     _count_host(engine, plan, nodes)

@@ -133,6 +133,20 @@ def test_a_scene_tells_who_asked_why_and_what_took_no_part() -> None:
     assert "unread  nothing that is shown reads it" in text
 
 
+def test_a_node_that_is_asked_for_two_sizes_is_told_once(own) -> None:
+    network = shading()
+    for name, width in (("small", 6), ("large", 12)):
+        network.add("output.view", name, width=width, height=10)
+        network.connect("shade.image", f"{name}.image")
+    own.evaluate(network, "small")
+    told = scene(own, network)
+    node = told.nodes["shade"]
+    assert sorted(node.asked.split("; ")) == ["12x10 final, asked by large", "6x10 final, asked by small"]
+    assert "kept" in node.reason
+    assert "asked-for size 6x10 -> 12x10" in node.reason
+    assert sorted(kernel.run.work for kernel in node.kernels) == ["12x10 pixels", "6x10 pixels"]
+
+
 def test_kernels_are_told_by_variant_with_features_work_and_bytes(own) -> None:
     told = scene(own, shading(gain=2.0), size=SIZE)
     squared, plain = told.nodes["shade"].kernels
