@@ -58,11 +58,11 @@ def descend(start: Settings, knobs: Sequence[Knob], rank: Callable[[Settings], R
             if is_better(reached, score):
                 best, score, moved = found, reached, True
         for coarser, finer in itertools.permutations(ladders, 2) if not moved else ():
-            place = ladders[coarser].index(best[coarser])
-            if place == 0:
+            rung = ladders[coarser].index(best[coarser])
+            if rung == 0:
                 continue
             # What one knob saves by going a rung down, the other may spend.
-            other = {**best, coarser: ladders[coarser][place - 1]}
+            other = {**best, coarser: ladders[coarser][rung - 1]}
             found, reached = _along(other, finer, ladders[finer], rank, rank(other))
             if is_better(reached, score):
                 best, score, moved = found, reached, True

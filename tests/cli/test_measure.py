@@ -130,8 +130,11 @@ def test_what_changes_the_world_is_not_measured(
 def test_without_double_precision_there_is_one_sentence(
     cli: Callable[..., Any], scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from nodegraph.accuracy import reference
+    import importlib
+
     from nodegraph.errors import DeviceMissing
+
+    reference = importlib.import_module("nodegraph.accuracy.reference")
 
     def missing(*_: Any, **__: Any) -> Any:
         raise DeviceMissing("cl64: no OpenCL device here computes in double precision")

@@ -18,7 +18,7 @@ import pytest
 from nodegraph import formats, registry, workspace
 from tests.support import slab_file
 
-QUICK = ("--cameras", 2, "--held-out", 2, "--repeats", 1)
+QUICK = ("--cameras", 2, "--held-out", 2, "--repeats", 2)
 
 
 @pytest.fixture
