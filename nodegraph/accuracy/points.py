@@ -29,7 +29,7 @@ class Point:
     reference:       place of its reference in `Measured.references`.
     image:           the picture, where the result is one.
     failure:         why there is no result; empty where there is.
-    front:           no other point beats it in both time and error.
+    front:           no other point with this reference beats it in both time and error.
     """
 
     settings: Mapping[str, Any]
@@ -103,15 +103,21 @@ class Measured:
         return tuple(dict.fromkeys(name for point in self.points for name in point.errors))
 
     def with_front(self, error: str = "") -> Measured:
-        """The same with the front marked, of ``error`` where it is named. Raises ParameterError for an unknown one."""
+        """The same with the front marked, of ``error`` where it is named. Raises ParameterError for an unknown one.
+
+        Points beat each other only under one reference: what has another one answers another question.
+        """
         error = error or self.error
         if self.figures and error not in self.figures:
             raise ParameterError(f"{error}: no such error here{near_miss_or_all(error, self.figures)}")
         sign = -1.0 if error in self.rising else 1.0
-        marks = pareto(
-            [point.seconds for point in self.points],
-            [sign * point.errors.get(error, math.nan) for point in self.points],
-        )
+        marks = [False] * len(self.points)
+        for reference in {point.reference for point in self.points}:
+            rivals = [i for i, point in enumerate(self.points) if point.reference == reference]
+            times = [self.points[i].seconds for i in rivals]
+            errors = [sign * self.points[i].errors.get(error, math.nan) for i in rivals]
+            for i, mark in zip(rivals, pareto(times, errors), strict=True):
+                marks[i] = mark
         points = tuple(replace(point, front=mark) for point, mark in zip(self.points, marks, strict=True))
         return replace(self, error=error, points=points)
 

@@ -71,9 +71,10 @@ def _summary(measured: Measured) -> Iterator[str]:
                 f"<p>{escape(measured.error)} {escape(figure)}</p><p>{escape(_told(measured, point))}</p></div>"
             )
         fronts = sum(point.front for point in good)
+        rivals = " with the same reference" if len(measured.references) > 1 else ""
         yield (
             f'<div class="card"><h2>On the front</h2><p class="big">{fronts} of {len(measured.points)}</p>'
-            f"<p>no other is both faster and more accurate ({escape(measured.error)})</p></div>"
+            f"<p>no other{rivals} is both faster and more accurate ({escape(measured.error)})</p></div>"
         )
         yield "</section>"
     for note in measured.references:

@@ -140,13 +140,14 @@ def _draw_series(axes: Axes, measured: Measured, points: Sequence[Point], height
 
 
 def _draw_front(axes: Axes, measured: Measured, points: Sequence[Point], heights: dict[int, float]) -> None:
-    front = sorted((point for point in points if point.front), key=lambda point: point.seconds)
-    if not front:
-        return
-    times, errors = [1000 * point.seconds for point in front], [heights[id(point)] for point in front]
-    # Between two points of the front, what can be had in that time is the left one.
-    axes.plot(times, errors, color="#222222", lw=1.4, drawstyle="steps-post", zorder=1, label="front")
-    axes.plot(times, errors, linestyle="none", marker="o", ms=12, mfc="none", mec="#222222", mew=1.1, zorder=4)
+    for number, reference in enumerate(sorted({point.reference for point in points})):
+        chosen = [point for point in points if point.front and point.reference == reference]
+        front = sorted(chosen, key=lambda point: point.seconds)
+        times, errors = [1000 * point.seconds for point in front], [heights[id(point)] for point in front]
+        # Between two points of the front, what can be had in that time is the left one.
+        label = "front" if number == 0 else None
+        axes.plot(times, errors, color="#222222", lw=1.4, drawstyle="steps-post", zorder=1, label=label)
+        axes.plot(times, errors, linestyle="none", marker="o", ms=12, mfc="none", mec="#222222", mew=1.1, zorder=4)
 
 
 def _label_front(axes: Axes, points: Sequence[Point], heights: dict[int, float]) -> None:

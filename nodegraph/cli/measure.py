@@ -126,6 +126,8 @@ def tell(measured: Measured) -> int:
         say(note)
     for reference in measured.references:
         told = reference.failure or reference.summary
+        if reference.left_out:
+            told += f"; {100 * reference.left_out:.3g} % of it count in no error"
         which = ", ".join(f"{place}={value}" for place, value in reference.settings.items())
         say(f"{which}: {told}" if which else told)
         for text in reference.notes:

@@ -169,6 +169,7 @@ def test_errors_and_the_front() -> None:
         assert point.errors["max"] == pytest.approx(expected)
         assert point.device == found.points[0].device
         assert isinstance(point.image, Image)
+    assert len(found.references) == 1
     marks = [point.front for point in found.points]
     assert marks == pareto([p.seconds for p in found.points], [p.errors["max"] for p in found.points])
     assert min(found.points, key=lambda point: point.errors["max"]).front
@@ -182,6 +183,14 @@ def test_the_network_is_not_touched() -> None:
     net = scene(step=0.5)
     take(net, "render.step=1,2")
     assert net["render"].step == 0.5
+
+
+def test_settings_beat_each_other_only_under_one_reference() -> None:
+    """A narrow filter that is fast and exact makes no wide one needless."""
+    refer = lambda net: Reference(Volume(np.arange(27.0).reshape(3, 3, 3) * net["ramp"].slope), None, 0.0, 1, True, 1.0)  # noqa: E731
+    found = take(scene(), "ramp.slope=1,2,3", view="ramp", refer=refer)
+    assert [point.reference for point in found.points] == [0, 1, 2]
+    assert all(point.front for point in found.points)
 
 
 def test_settings_that_differ_in_knobs_alone_have_one_reference() -> None:
