@@ -17,6 +17,8 @@ _offered = registry.find("render.raycast").params
 INTEGRATORS = tuple(_offered["integrator"].choices) if "integrator" in _offered else ("midpoint",)
 TOLERANCE = 1e-4
 """What `adaptive` is asked for."""
+PAIRS = 64
+"""Rows and columns of the table over pairs of values: fewer than by default, since each case makes its own."""
 NODES = {
     "midpoint": ([0.0], [2.0]),
     "trapezoid": ([-1.0, 1.0], [1.0, 1.0]),
@@ -35,6 +37,8 @@ def params(integrator, step, **more):
         chosen["integrator"] = integrator
     if integrator == "adaptive":
         chosen["tolerance"] = TOLERANCE
+    if integrator in ("preintegrated", "adaptive") and "pair_table_size" in _offered:
+        chosen["pair_table_size"] = PAIRS
     return chosen
 
 
@@ -65,7 +69,7 @@ def jump_error(integrator, h, jump, cell):
     Pre-integration knows the place, up to a ``cell`` (mm of the ray) of its table of values; so do rules that cut
     there. All others read a table as well."""
     if integrator == "cellwise":
-        return 0.0
+        return jump * 2.0**-22  # the place is found by up to 24 halvings of a cell
     if integrator == "adaptive":
         return TOLERANCE + jump * cell
     return jump * (cell if integrator == "preintegrated" else h + cell)
@@ -74,3 +78,19 @@ def jump_error(integrator, h, jump, cell):
 def rounding(device, size=1.0):
     """Of a sum of numbers up to ``size`` on a device: 16 units in the last place of single precision, 1e4 of double."""
     return size * (1e-12 if device.name == "cl64" else 16 * 2.0**-24 + 1.5e-6)
+
+
+def row(integrator, span):
+    """Distance of two rows of the table that an integrator reads, where ``span`` is the range of its values."""
+    if integrator in ("preintegrated", "adaptive"):
+        return span / (PAIRS - 1)
+    return span / ((_offered["table_size"].default if "table_size" in _offered else 2048) - 1)
+
+
+def table_error(integrator, length, span, bend):
+    """Bound on what a table adds to an optical depth over ``length``: between two rows a bend of the transfer function
+    (change of its slope) is cut off, by at most a quarter of a row; over pairs, at the front and at the back."""
+    if integrator == "cellwise":
+        return 0.0
+    ends = 2 if integrator in ("preintegrated", "adaptive") else 1
+    return length * ends * bend * row(integrator, span) / 4
