@@ -6,13 +6,14 @@ A processor chooses the variants of its kernels while it runs, so this evaluates
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from nodegraph.cache import blocks
 from nodegraph.data import Buffer
 from nodegraph.explain.fate import LastRun, asked, fate, running_places
 from nodegraph.explain.scene_text import scene_text
+from nodegraph.report import Report
 from nodegraph.requests import default_sinks
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from nodegraph.network import Network
     from nodegraph.plan import Plan
     from nodegraph.processor import Processor
-    from nodegraph.report import Observer, Report
+    from nodegraph.report import Observer
 
 
 @dataclass(slots=True)
@@ -114,14 +115,14 @@ def scene(
         if reason not in node.reason:
             node.reason += f"; {reason}"
     report = engine.evaluate(network, sinks, size=size, quality=quality, on_event=on_event)
-    _fill(nodes, report, engine.last(network))
+    _fill(nodes, report, _making(engine, plan, report), engine.last(network))
     _count_host(engine, plan, nodes)
     shared = _count_device(engine, nodes)
     device = (engine.device_in_use or {}).get("reason", "")
     return Scene(tuple(plan.sinks), device, nodes, _idle(plan, nodes), shared, report)
 
 
-def _fill(nodes: dict[str, SceneNode], report: Report, last: LastRun) -> None:
+def _fill(nodes: dict[str, SceneNode], report: Report, making: Report, last: LastRun) -> None:
     ran = set(report.ran)
     for path, node in nodes.items():
         state = report.states.get(path)
@@ -130,11 +131,27 @@ def _fill(nodes: dict[str, SceneNode], report: Report, last: LastRun) -> None:
             node.reason = f"{node.state}: {getattr(state, 'reason', '')}"
         node.ran = path in ran
         node.seconds = report.timings.get(path)
-        node.kernels = _kernels(report.kernels.get(path, []))
-        node.decisions = list(report.decisions.get(path, ()))
-        for label in report.memos.get(path, ()):
+        node.kernels = _kernels(making.kernels.get(path, []))
+        node.decisions = list(making.decisions.get(path, ()))
+        for label in making.memos.get(path, ()):
             name = label.removeprefix(f"{path}/")
             node.memos.append(SceneMemo(name, label in ran, last.seconds.get(label), last.bytes.get(label, 0)))
+
+
+def _making(engine: Engine, plan: Plan, report: Report) -> Report:
+    """How the results were made. Those that are kept tell it, also where nobody had to look at them now."""
+    making = Report()
+    lost = {task.path for task in plan.tasks if task.fingerprint not in engine.cache}
+    for task in plan.tasks:
+        result = engine.cache.get(task.fingerprint)
+        if result is not None and task.path not in lost:
+            making.add_making(task.path, result)
+    return replace(
+        report,
+        kernels={**report.kernels, **making.kernels},
+        decisions={**report.decisions, **making.decisions},
+        memos={**report.memos, **making.memos},
+    )
 
 
 def _kernels(runs: list[KernelRun]) -> list[SceneKernel]:
