@@ -76,7 +76,7 @@ def measure(
     refer = refer or _default_reference(view, size, bound, on_progress)
     with contextlib.ExitStack() as stack:
         opened, notes = _open(stack, devices)
-        references, which, values = _references(network, wanted, refer, bound, on_progress)
+        references, which, values = _references(network, view, wanted, refer, bound, on_progress)
         trials = [
             Trial(networks[i], view, size, told[i], label, engine, timed, made)
             for label, (engine, _) in opened.items()
@@ -269,6 +269,7 @@ def _default_reference(
 
 def _references(
     network: Network,
+    view: str,
     variants: Sequence[Mapping[str, Any]],
     refer: Callable[[Network], Reference],
     bound: float,
@@ -281,6 +282,7 @@ def _references(
     """
     places = {place for settings in variants for place in settings}
     knobs = {place for place in places if declaration(network, place).quality is not None}
+    knobs |= {knob.variable for knob in quality_parameters(network, view)}
     notes: list[ReferenceNote] = []
     which: list[int] = []
     found: dict[int, Reference] = {}

@@ -155,7 +155,8 @@ def mean_flip(value: data.Image, reference: data.Image, mask: Array | None = Non
 
 def display(image: data.Image) -> Array:
     """What a display shows of an RGBA picture over black: sRGB (h, w, 3) float32 in 0..1; nan becomes black."""
-    return np.ascontiguousarray(data.image.srgb_encode(np.nan_to_num(image.over((0.0, 0.0, 0.0)))), np.float32)
+    color = image.color[..., :3]  # premultiplied, so this is what it is over black, whatever its alpha
+    return np.ascontiguousarray(data.image.srgb_encode(np.nan_to_num(color)), np.float32)
 
 
 def _picture_text(image: data.Image) -> str:

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from nodegraph.data.buffer import Array
 
 
+LONGEST = 60
+"""As much of a value as is told, characters: a transfer function is long."""
+
+
 @dataclass(frozen=True)
 class Point:
     """One setting on one device: what it costs and how wrong it is.
@@ -130,4 +134,5 @@ def text(value: Any) -> str:
         return f"{value:.6g}"
     if isinstance(value, (list, tuple)):
         return ",".join(text(part) for part in value)
-    return str(value)
+    told = str(value)
+    return told if len(told) <= LONGEST else f"{told[: LONGEST - 3]}..."

@@ -62,7 +62,7 @@ def amplified(value: Image, reference: Image, mask: Array | None = None) -> Ampl
 def shown(image: Image) -> Image:
     """A picture over black, reduced to what fits; one channel as grey, distances from near (white) to far."""
     if image.channels == 4:
-        color = image.over((0.0, 0.0, 0.0))
+        color = image.color[..., :3]
     else:
         grey = image.color[..., :1].astype(np.float64)
         if image.channels == 2:
@@ -70,7 +70,7 @@ def shown(image: Image) -> Image:
             low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
             grey = np.where(np.isfinite(grey), 1.0 - (grey - low) / (high - low or 1.0), 0.0)
         color = np.repeat(grey, 3, axis=2)
-    color = np.nan_to_num(color)
+    color = np.clip(np.nan_to_num(color), 0.0, 1.0)
     return _opaque(np.stack([reduce(color[..., channel], np.mean) for channel in range(3)], axis=2))
 
 

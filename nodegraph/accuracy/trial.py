@@ -104,6 +104,10 @@ class Trial:
             return None
         for note in report.notes:
             self._note(note)
+        moved = [note for note in report.notes if f": {self.device} failed (" in note and note.endswith(" instead")]
+        if moved:
+            self.failure = moved[0]  # what another device takes is no answer for this one
+            return None
         if report.errors or not report.shown.get(self.view):
             self.failure = "; ".join(str(error) for error in report.errors.values()) or f"{self.view}: it shows nothing"
             return None

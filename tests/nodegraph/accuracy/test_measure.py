@@ -17,7 +17,7 @@ from nodegraph.accuracy.reference import Reference
 from nodegraph.accuracy.settings import combinations, variants
 from nodegraph.data import Image, Mesh, Table, Volume
 from nodegraph.data.mesh import box
-from nodegraph.errors import CommandError, DeviceMissing, ParameterError, PortError
+from nodegraph.errors import CommandError, DeviceError, DeviceMissing, ParameterError, PortError
 
 RAN: list[str] = []
 MADE: list[str] = []
@@ -83,7 +83,7 @@ class Pass(Processor):
 
 
 def scene(**params: Any) -> Network:
-    net = Network("scene")
+    net = Network()
     net.add(Ramp, "ramp")
     net.add(Render, "render", **params)
     net.add(Pass, "pass")
@@ -152,7 +152,7 @@ def test_a_parameter_that_changes_nothing_below_is_not_timed_again() -> None:
 def test_one_setting_alone_times_the_nodes_with_knobs_and_below() -> None:
     assert take(scene(), "render.step=2").timed == ("render", "pass")
     assert measure(scene(), "pass", size=(8, 6), refer=exact(), repeats=1).timed == ("render", "pass")
-    alone = Network("plain")
+    alone = Network()
     alone.add(Ramp, "ramp")
     refer = lambda _: Reference(Volume(np.zeros((3, 3, 3))), None, 0.0, 1, True, 1e-5)  # noqa: E731
     assert measure(alone, "ramp", refer=refer, repeats=1).timed == ("ramp",), "no knob: all of it"
@@ -245,6 +245,67 @@ def test_a_reference_that_fails_leaves_the_time_and_no_error() -> None:
     assert point.seconds > 0.0
     assert not point.errors
     assert not point.front
+
+
+class Fussy(Processor):
+    """Runs on OpenCL only, as a driver with a fault makes it."""
+
+    image = Output(Image, doc="White.")
+    level = Float(1.0, doc="How white.")
+
+    def process(self, level, *, device, size):
+        if device.name == "gl":
+            raise DeviceError("the driver fell over")
+        return Image(np.full((size[1], size[0], 4), level))
+
+
+def test_what_another_device_takes_over_is_a_failure_of_this_one() -> None:
+    net = Network()
+    net.add(Fussy, "fussy")
+    found = measure(net, "fussy", devices=("gl", "cl"), size=(8, 6), repeats=1, refer=lambda _: white())
+    failed, good = found.points
+    assert (failed.device, good.device) == ("gl", "cl")
+    assert failed.failure == "fussy: gl failed (the driver fell over); running on cl instead"
+    assert not failed.errors
+    assert good.errors["max"] == 0.0
+    assert good.front
+    assert not failed.front
+
+
+def white() -> Reference:
+    return Reference(Image(np.ones((6, 8, 4))), None, 0.0, 1, True, 1e-5)
+
+
+def test_variables_and_groups_are_varied_as_parameters_are() -> None:
+    net = scene()
+    net.link("render.step", "fine")
+    refer = exact()
+    found = take(net, "fine=1,2", refer=refer)
+    assert [point.errors["max"] for point in found.points] == pytest.approx([0.01, 0.02])
+    assert len(refer.asked) == 1, "the variable of a knob is a knob"
+    assert found.timed == ("render", "pass")
+    grouped = scene()
+    grouped.group("render", "pass", id="finish")
+    refer = lambda _: Reference(Image(np.full((6, 8, 4), 0.5)), None, 0.0, 1, True, 1e-5)  # noqa: E731
+    found = take(grouped, "finish/render.step=1,4", view="finish/pass", refer=refer)
+    assert [point.errors["max"] for point in found.points] == pytest.approx([0.01, 0.04])
+    assert found.timed == ("finish/render", "finish/pass")
+    assert found.points[0].prepare_seconds > 0.0
+
+
+def test_pictures_of_several_sizes_have_a_reference_each() -> None:
+    net = scene()
+    net.add("output.view", "view", width=8, height=6)
+    net.connect("pass.same", "view.image")
+    asked: list[tuple[int, int]] = []
+
+    def refer(network: Network) -> Reference:
+        asked.append((network["view"].width, network["view"].height))
+        return Reference(Image(np.full((*asked[-1][::-1], 4), 0.5)), None, 0.0, 1, True, 1e-5)
+
+    found = measure(net, "view", varied(net, "view.width=8,16"), repeats=1, refer=refer)
+    assert asked == [(8, 6), (16, 6)]
+    assert [point.errors["max"] for point in found.points] == pytest.approx([0.01, 0.01])
 
 
 def test_masked_pixels_do_not_count() -> None:

@@ -147,6 +147,13 @@ def test_flip_is_told_when_it_is_asked_for() -> None:
     assert math.isnan(mean_flip(white, black, np.zeros((16, 16), bool)))
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (3, 2)])
+def test_flip_of_pictures_that_are_smaller_than_its_filters(shape: tuple[int, int]) -> None:
+    one, other = Image(np.full((*shape, 4), 0.2)), Image(np.full((*shape, 4), np.inf))
+    assert mean_flip(one, one) == 0.0
+    assert 0.0 < mean_flip(other, one) <= 1.0
+
+
 def test_a_display_shows_srgb_and_black_for_a_hole() -> None:
     color = np.zeros((1, 3, 4))
     color[0, 0] = [0.5, 0.0, 2.0, 1.0]
