@@ -13,7 +13,7 @@ from tests.support import closed_forms as forms
 from tests.support.calls import call
 from tests.support.integrators import each, params, rounding
 
-SIZE = (40, 36)
+SIZE = (30, 27)
 EDGE = 24.0
 CAMERAS = {
     "orthographic": Camera(eye=(50, -90, 60), target=(1, 2, -1), projection="orthographic", height=52.0),

@@ -10,12 +10,12 @@ from tests.support import closed_forms as forms
 from tests.support.calls import call
 from tests.support.integrators import rounding
 
-SIZE = (48, 40)
-FLAT = Camera(projection="orthographic", height=40.0)  # a millimetre per pixel
+LOW = (48, 24)
+FLAT = Camera(projection="orthographic", height=24.0)  # of LOW, a millimetre per pixel
 
 
 def white(depth, device):
-    """A white picture of a depth; its middle column lies half a pixel to the left of the picture's middle."""
+    """A white picture of a depth, mm."""
     return Image(np.ones((*depth.shape, 4), device.real), np.asarray(depth, device.real))
 
 
@@ -71,7 +71,7 @@ def test_ambient_occlusion_of_a_step_edge(device, method, jump, thickness):
     they balance like 2 pi R numbers of either sign, so sqrt(2 pi R). Checks: Lindemann 2014, T43.
     """
     radius = 8.0
-    depth = np.full((40, 48), 500.0)
+    depth = np.full((LOW[1], LOW[0]), 500.0)
     depth[:, 24:] += jump
     got = call(
         "image.ssao", device, image=white(depth, device), camera=FLAT, radius=radius, thickness=thickness,
@@ -87,7 +87,7 @@ def test_ambient_occlusion_of_a_step_edge(device, method, jump, thickness):
         beyond = _seen_beyond(x, jump, radius, thickness)
         expected = np.maximum(expected - beyond, 0.0)
     assert bound < 0.02
-    assert np.abs(got[8:32, 24:] - expected).max() <= bound
+    assert np.abs(got[8:16, 24:] - expected).max() <= bound
     assert got[:, :24].max() <= rounding(device)
     assert (expected.max() > 0.01) == (thickness > jump or method == "hemisphere")
 
@@ -100,14 +100,14 @@ def _seen_beyond(x, jump, radius, thickness):
     return forms.cap_share(x, radius) / 2 - hidden
 
 
-@pytest.mark.parametrize("camera", [FLAT, Camera(eye=(0, -90, 0), field_of_view=25.0)], ids=["parallel", "central"])
+@pytest.mark.parametrize("camera", [FLAT, Camera(eye=(0, -90, 0), field_of_view=15.0)], ids=["parallel", "central"])
 def test_ambient_occlusion_in_a_groove(device, camera):
     """Two planes that meet at a right angle, open towards the viewer. At distance s from the bottom, along the own
     plane, the other plane cuts off a cap of the ball at distance s, and half of that is before the own plane:
     (1 - q)^2 (2 + q) / 4 with q = s / R, in parallel and in central projection. Checks: Lindemann 2014, T43.
     """
     radius, bottom = 9.0, 90.0
-    across, _ = forms.film(camera, SIZE)
+    across, _ = forms.film(camera, LOW)
     # Planes x = -+(bottom - depth): 45 degrees to either side. Central: x = across * depth.
     depth = bottom - np.abs(across) if camera.projection == "orthographic" else bottom / (1 + np.abs(across))
     got = call(
@@ -119,7 +119,7 @@ def test_ambient_occlusion_in_a_groove(device, camera):
     # Columns are a pixel wide and the surface falls by as much across them: half a pixel of s, where the share changes
     # by at most 3 / (4 R) per mm.
     bound = 0.5 * np.sqrt(2) * 0.75 / radius
-    middle = got[12:28, 12:36]
-    assert np.abs(middle - expected[12:28, 12:36]).max() <= bound
-    assert abs(float((middle - expected[12:28, 12:36]).mean())) <= 0.01
+    middle = got[8:16, 12:36]
+    assert np.abs(middle - expected[8:16, 12:36]).max() <= bound
+    assert abs(float((middle - expected[8:16, 12:36]).mean())) <= 0.01
     assert middle.max() > 0.4

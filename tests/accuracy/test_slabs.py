@@ -14,7 +14,7 @@ from nodegraph.data import Camera, Image, TransferFunction, Volume
 from nodegraph.data.space import centred
 from tests.support import closed_forms as forms
 from tests.support.calls import call
-from tests.support.integrators import cut_error, each, jump_error, line_error, params, rounding, row
+from tests.support.integrators import INTEGRATORS, cut_error, each, jump_error, line_error, params, rounding, row
 
 # No whole number of any step from the volume, so that the first and the last segment of each ray are cut.
 FLAT = Camera(eye=(0.3, -150.37, 0.2), target=(0.3, 0, 0.2), projection="orthographic", height=3.0)
@@ -173,8 +173,7 @@ def test_two_coloured_slabs_in_both_orders(device, integrator, step):
     assert seen[1][2] > seen[0][2] + 0.3
 
 
-@each
-def test_pictures_of_n_slabs_composed_are_one_picture_of_all(device, integrator):
+def test_pictures_of_n_slabs_composed_are_one_picture_of_all(device):
     """Over is associative: pictures of slabs, laid over each other from either end, are sum c_i a_i prod_j<i (1 - a_j).
     By depth, two of them find their order themselves."""
     slabs = [(0.3, (1, 0, 0)), (0.5, (0, 1, 0)), (0.2, (0, 0, 1)), (0.7, (1, 1, 0)), (0.4, (0, 1, 1))]
@@ -184,7 +183,7 @@ def test_pictures_of_n_slabs_composed_are_one_picture_of_all(device, integrator)
         matrix[1, 3] += 2.0 * i
         function = TransferFunction([(0.0, color, opacity), (2.0, color, opacity)], reference_length=2.0)
         slab = Volume(np.ones((4, 2, 4), np.float32), matrix)
-        pictures.append(cast(device, slab, function, integrator, 0.7, depth_opacity=0.1))
+        pictures.append(cast(device, slab, function, INTEGRATORS[0], 0.7, depth_opacity=0.1))
     expected = forms.layers(slabs)
     for fold in ("from the front", "from behind"):
         total = pictures[0] if fold == "from the front" else pictures[-1]
