@@ -4,31 +4,49 @@ import math
 
 import numpy as np
 
-from nodegraph import Bool, Camera, Choice, Color, Float, Input, Light, Output, Processor, TransferFunction, data
-from nodegraph.data import Image, Volume
+from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
+from nodegraph.data import Image, Mapping, Volume, bricks, preintegration
 from nodegraph.errors import PortError
 from nodegraph.ports import channels, has_components
 
-TABLE_SIZE = 2048
 MODES = ("composite", "maximum", "first_hit", "iso")
 SURFACES = ("composite", "first_hit", "iso")
+INTEGRATORS = ("midpoint", "trapezoid", "preintegrated", "gauss2", "gauss3", "cellwise", "adaptive")
+KERNELS = {
+    "composite": "render/raycast", "cellwise": "render/raycast_cellwise", "adaptive": "render/raycast_adaptive",
+    "first_hit": "render/raycast_surface", "iso": "render/raycast_surface", "maximum": "render/raycast_maximum",
+}  # fmt: skip
+MOSTLY_VISIBLE = 0.95
+"""Where more of the bricks can be seen than that, asking for the others costs more than they do."""
 
 
 class Raycast(Processor):
     """Integrate, or search, a scalar volume along the ray of each pixel.
 
-    Sample k of a ray lies at (k + 1/2) step from the eye, whatever the volume and its crop; the first and the last
-    sample of a ray weigh the length that they cover. A sample of extinction e over a length s hides 1 - exp(-e s).
-    So moving a proxy geometry, or volume and camera together, changes nothing. Voxels that are not a number are
-    transparent.
+    Segment k of a ray is the part from k to k + 1 steps from the eye, whatever the volume and its crop; the first and
+    the last one are cut. A segment of optical depth d hides 1 - exp(-d). So moving a proxy geometry, or volume and
+    camera together, changes nothing, and what cannot be seen is left out by whole segments. Voxels that are not a
+    number are transparent.
 
     - *composite*: emission and absorption, front to back. Depth is where ``depth_opacity`` is hidden.
     - *maximum*: the greatest value of the ray, coloured by the transfer function with its own opacity.
     - *first_hit*: the first point whose extinction reaches ``hit_extinction``, opaque.
     - *iso*: the first point of value ``iso_value``, opaque. Both roots are refined by bisection.
 
-    Source: Rezk-Salama 2001, R01, R02, R13, I01; Lindemann 2014, L01, L02, L24; Schlosser 2009, C01.
+    What is made of a segment in *composite*:
+
+    - *midpoint*: one sample. Order 2 where everything is smooth, 1 where the transfer function is steep.
+    - *trapezoid*: both ends.
+    - *preintegrated*: both ends, and a table over pairs of values: order 2 also for steep transfer functions.
+    - *gauss2*, *gauss3*: two or three points by Gauss and Legendre, order 4 and 6 where everything is smooth.
+    - *cellwise*: cut at cell faces and where the value meets a key, ``order`` points in each piece. Slow and exact.
+    - *adaptive*: segments are halved until halves and whole agree within ``tolerance``.
+
+    Source: Rezk-Salama 2001, R01, R02, R13, I01, X12; Lindemann 2014, L01, L02, L24; Schlosser 2009, C01, C06;
+    Orhun 2004, OR-61.
     """
+
+    kernels = tuple(dict.fromkeys(KERNELS.values()))
 
     volume = Input(Volume, doc="Scalar field.", accepts=[has_components(1)])
     gradient = Input(
@@ -52,13 +70,43 @@ class Raycast(Processor):
         visible_if={"mode": ("composite", "maximum", "first_hit")},
         doc="Colour and extinction by value.",
     )
+    integrator = Choice(
+        *INTEGRATORS, visible_if={"mode": "composite"}, quality=INTEGRATORS[:6], reference="cellwise",
+        doc="What is made of each segment of a ray.",
+    )  # fmt: skip
     step = Float(
         0.5, min=1e-3, max=1e3, soft_min=0.1, soft_max=4.0, unit="voxel", quality="lower",
-        doc="Distance of samples, in units of the least voxel spacing.",
+        visible_if={"integrator": (*INTEGRATORS[:5], "adaptive")},
+        doc="Length of the segments, in units of the least voxel spacing.",
+    )  # fmt: skip
+    order = Int(
+        3, min=1, max=12, quality="higher", reference=(3, 5, 8),
+        visible_if={"mode": "composite", "integrator": "cellwise"},
+        doc="Gauss-Legendre points in each piece of a ray.",
+    )  # fmt: skip
+    tolerance = Float(
+        1e-3, min=1e-7, max=1.0, quality="lower", visible_if={"mode": "composite", "integrator": "adaptive"},
+        doc="What halving a segment may still change of colour and opacity, summed over the ray.",
+    )  # fmt: skip
+    table_size = Int(
+        2048, min=2, max=8192, quality="higher",
+        visible_if={"mode": MODES[:3], "integrator": ("midpoint", "trapezoid", "gauss2", "gauss3")},
+        doc="Rows of the table that the transfer function is read from.",
+    )  # fmt: skip
+    pair_table_size = Int(
+        256, min=2, max=2048, quality="higher",
+        visible_if={"mode": "composite", "integrator": ("preintegrated", "adaptive")},
+        doc="Rows and columns of the table over pairs of values.",
     )  # fmt: skip
     termination = Float(
-        0.999, min=0.5, max=1.0, quality="higher", visible_if={"mode": "composite"},
+        0.999, min=0.5, max=1.0, quality="higher", reference=1.0, visible_if={"mode": "composite"},
         doc="A ray ends when it has hidden this much; the error is at most 1 - termination. 1 casts all of it.",
+    )  # fmt: skip
+    skip = Bool(True, doc="Leave out what cannot be seen, by bricks of 8 voxels. It changes nothing but the time.")
+    gradients = Choice(
+        "automatic", "on_the_fly", "precomputed", visible_if={"lit": True, "mode": SURFACES},
+        doc="Whether differences of voxels are taken at each sample, or once for all of them. It changes nothing but "
+        "time and memory.",
     )  # fmt: skip
     depth_opacity = Float(
         0.5, min=0.0, max=0.999, visible_if={"mode": "composite"}, doc="Depth is where this much is hidden."
@@ -79,15 +127,19 @@ class Raycast(Processor):
         25.0, min=1.0, soft_max=200.0, visible_if={"lit": True, "mode": SURFACES}, doc="Narrowness of the gloss."
     )
 
+    def needs(self, size, quality, wanted, params):
+        return {} if params["lit"] and params["mode"] in SURFACES else {"gradient": None}
+
     def process(
-        self, volume, gradient, interval, mode, camera, transfer_function, step, termination, depth_opacity,
-        hit_extinction, iso_value, iso_color, lit, light, ambient, diffuse, specular, shininess, *, size, device,
+        self, volume, gradient, interval, mode, camera, transfer_function, integrator, step, order, tolerance,
+        table_size, pair_table_size, termination, skip, gradients, depth_opacity, hit_extinction, iso_value, iso_color,
+        lit, light, ambient, diffuse, specular, shininess, *, size, device, memo, explain,
     ):  # fmt: skip
-        lit = lit and mode in SURFACES
         if interval is not None and interval.size != size:
             raise PortError(f"interval: expected {size[0]}x{size[1]} pixels, got {interval.size[0]}x{interval.size[1]}")
         if gradient is not None and not gradient.is_same_grid(volume):
             raise PortError("gradient: it lies on another grid than the volume; compute it from this volume")
+        function = transfer_function
         step_length = step * float(volume.spacing.min())
         # Rays start a whole number of steps from the eye, just before the volume: single precision counts from there.
         steps = max(0.0, math.floor(volume.distance_from(camera) / step_length) - 1.0)
@@ -97,46 +149,135 @@ class Raycast(Processor):
             "volume": volume.less(level),
             "camera": camera.rays(size, volume.world_to_index, steps * step_length),
             "step_length": step_length,
-            "table": transfer_function.table(TABLE_SIZE),
-            "lookup": transfer_function.lookup(TABLE_SIZE, level),
         }
+        defines = {"INTERVAL": interval is not None}
+        if interval is not None:
+            bindings |= {"interval": interval}
+        lit = lit and mode in SURFACES
+        if lit:
+            material = {"ambient": ambient, "diffuse": diffuse, "specular": specular, "shininess": shininess}
+            bindings |= {"light": light.in_eye_space(camera), "material": material}
+            to_eye = camera.eye_to_world[:3, :3].T
+            if gradient is None:
+                to_eye = to_eye @ volume.world_to_index[:3, :3].T
+                if gradients == "precomputed":
+                    gradient = memo(index_gradient, volume)
+                    explain(f"gradients are precomputed: {gradient.summary()}")
+                else:
+                    explain("gradients are taken on the fly: six samples for each that is lit")
+            if gradient is not None:
+                bindings |= {"gradient": gradient}
+            defines |= {"LIT": True, "GRADIENT": gradient is not None}
+            bindings |= {"to_eye": to_eye / np.abs(to_eye).max()}
+
+        kernel = KERNELS[mode]
         if mode == "composite":
+            kernel = KERNELS.get(integrator, kernel)
             bindings |= {"depth_opacity": depth_opacity}
             if termination < 1.0:
                 # A ray must not end before its depth is known.
                 bindings |= {"termination": max(termination, depth_opacity)}
+            defines |= {"TERMINATION": termination < 1.0}
+            if integrator == "cellwise":
+                bindings |= _exactly(function, level) | _gauss(order)
+                defines |= {"ORDER": order}
+            elif integrator in ("preintegrated", "adaptive"):
+                length = step_length if integrator == "preintegrated" else 0.0
+                bindings |= {"table": memo(preintegration.pair_table, function, pair_table_size, length)}
+                bindings |= {"lookup": function.lookup(pair_table_size, level)}
+            else:
+                bindings |= _tabulated(function, table_size, level)
+            if integrator == "adaptive":
+                bindings |= {"tolerance": tolerance}
+            elif integrator != "cellwise":
+                defines |= {"INTEGRATOR": INTEGRATORS.index(integrator)}
         elif mode == "maximum":
-            bindings |= {"reference_length": transfer_function.reference_length}
+            bindings |= _tabulated(function, table_size, level) | {"reference_length": function.reference_length}
         elif mode == "first_hit":
-            bindings |= {"hit_extinction": hit_extinction}
+            bindings |= _tabulated(function, table_size, level) | {"hit_extinction": hit_extinction}
         else:
             bindings |= {"iso_value": iso_value - level, "iso_color": iso_color}
-        if interval is not None:
-            bindings |= {"interval": interval}
-        if lit:
-            to_eye = camera.eye_to_world[:3, :3].T
-            if gradient is None:
-                to_eye = to_eye @ volume.world_to_index[:3, :3].T
+        if kernel == "render/raycast_surface":
+            defines |= {"ISO": mode == "iso"}
+        if mode != "iso":
+            defines |= {"FINITE": volume.dtype.kind in "iu"}
+
+        if skip:
+            ranges = memo(value_ranges, volume)
+            if mode == "maximum":
+                bindings |= {"bricks": ranges.less(level)}
+                defines |= {"SKIP": True}
             else:
-                bindings |= {"gradient": gradient}
-            material = {"ambient": ambient, "diffuse": diffuse, "specular": specular, "shininess": shininess}
-            bindings |= {
-                "light": light.in_eye_space(camera),
-                "material": material,
-                "to_eye": to_eye / np.abs(to_eye).max(),
-            }
-        defines = {
-            "MODE": MODES.index(mode),
-            "LIT": lit,
-            "GRADIENT": lit and gradient is not None,
-            "INTERVAL": interval is not None,
-            "TERMINATION": mode == "composite" and termination < 1.0,
-            "FINITE": volume.dtype.kind in "iu",
-        }
+                what = integrator if mode == "composite" else mode
+                rows = pair_table_size if what in ("preintegrated", "adaptive") else table_size
+                least = {"first_hit": hit_extinction, "iso": iso_value}.get(what, 0.0)
+                found = memo(leaps, ranges, function, what, rows, least, level)
+                if found is None:
+                    explain("bricks are not asked for: nearly all of them can be seen")
+                else:
+                    bindings |= {"bricks": found}
+                    defines |= {"SKIP": True}
+
         # What a ray costs is its samples; a few hundred are nothing out of the ordinary.
         samples = float(np.linalg.norm(volume.corners[7] - volume.corners[0])) / step_length
         # A lit sample takes up to four turns of loops, as some drivers count (branches are printed as loops).
         turns = samples * (4 if lit and mode == "composite" else 1) + 100
         work = max(samples / 500.0, 0.1)
-        result = device.run("render/raycast", size, defines=defines, work=work, turns=turns, **bindings)
+        result = device.run(kernel, size, defines=defines, work=work, turns=turns, **bindings)
         return Image(result.color, result.depth)
+
+
+def _tabulated(function, rows, level):
+    """The transfer function as a table over values less ``level``."""
+    return {"table": function.table(rows), "lookup": function.lookup(rows, level)}
+
+
+def _exactly(function, level):
+    """The transfer function as its keys: (n, 4) colour and extinction, and (n, 1) values less ``level``."""
+    colors = np.array([[*key.color, float(function.extinction(key.opacity))] for key in function.keys])
+    values = np.array([[key.value - level, 0.0, 0.0, 0.0] for key in function.keys])
+    return {"keys": colors.reshape(-1, 4), "places": values.reshape(-1, 4)}
+
+
+def _gauss(order):
+    nodes, weights, before = preintegration.gauss_rule(order)
+    return {"nodes": nodes, "weights": weights, "before": before.ravel()}
+
+
+def value_ranges(volume):
+    """Least and greatest real value of each brick of a volume, as a volume of two components."""
+    return Volume(bricks.brick_ranges(volume))
+
+
+def leaps(ranges, function, what, rows, least, level):
+    """How far a ray may leap from each brick, as a volume; None where it is not worth asking."""
+    values = ranges.data
+    if what == "iso":
+        visible = bricks.visible_above(values, least, level)
+    elif what == "cellwise":
+        visible = bricks.visible_by_keys(values, function)
+    elif what in ("preintegrated", "adaptive"):
+        visible = bricks.visible_bricks(values, *preintegration.pair_extinction(function, rows))
+    else:
+        threshold = np.nextafter(np.float32(least), np.float32(-1.0)) if what == "first_hit" else 0.0
+        visible = bricks.visible_bricks(values, function.table(rows), function.lookup(rows), threshold)
+    if visible.mean() > MOSTLY_VISIBLE:
+        return None
+    return Volume(bricks.brick_distances(visible))
+
+
+def index_gradient(volume):
+    """Central differences of a scalar volume at its voxels, per index unit: what a ray would find there itself.
+
+    Interpolated between voxels they are the differences of the interpolated field. Whole numbers stay whole.
+    """
+    data = volume.data.reshape(volume.dims[::-1])
+    exact = data.dtype.kind in "iu" and data.dtype.itemsize <= 2 and int(data.max()) - int(data.min()) < 2**15
+    result = np.empty((*data.shape, 3), np.int16 if exact else np.float64 if data.dtype.itemsize > 4 else np.float32)
+    for axis in range(3):
+        here = np.moveaxis(data, 2 - axis, 0)
+        into = np.moveaxis(result[..., axis], 2 - axis, 0)
+        n = len(here)
+        for i in range(n):
+            np.subtract(here[min(i + 1, n - 1)], here[max(i - 1, 0)], out=into[i], dtype=result.dtype)
+    return Volume(result, volume.index_to_world, Mapping(0.5 * volume.mapping.scale))

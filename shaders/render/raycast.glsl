@@ -1,126 +1,178 @@
-// Ray-casting of one scalar volume on the lattice of the eye: sample k lies at (k + 1/2) step along the ray, counted
-// from the ray's origin, which the host puts a whole number of steps from the eye.
-#include "common/camera.glsl"
-#include "common/interval.glsl"
+// Emission and absorption along the rays through a scalar volume, segment by segment (docs/decisions/0007-rays.md).
+#include "common/illumination.glsl"
 #include "common/classify.glsl"
-#include "common/gradient.glsl"
-#include "common/shading.glsl"
+#include "common/bricks.glsl"
 
-#ifndef MODE
-#define MODE 0          // 0 composite, 1 maximum, 2 first hit, 3 iso
-#endif
-#ifndef LIT
-#define LIT 0           // Phong illumination
-#endif
-#ifndef GRADIENT
-#define GRADIENT 0      // 1: a volume of world-space gradients is bound; 0: central differences on the fly
-#endif
-#ifndef INTERVAL
-#define INTERVAL 0      // 1: entry and exit points come as an image
+#ifndef INTEGRATOR
+#define INTEGRATOR 0    // 0 midpoint, 1 trapezoid, 2 preintegrated, 3 and 4 Gauss-Legendre with 2 and 3 points
 #endif
 #ifndef TERMINATION
 #define TERMINATION 0   // 1: a ray ends when its opacity reaches `termination`
 #endif
+#ifndef SKIP
+#define SKIP 0          // 1: runs of segments that cannot be seen are left out
+#endif
 
-const float FAR = 3.0e38;           // mm, farther than anything
-
-field3 volume;
+#if INTEGRATOR == 2
+field2 table;                       // (front, back) to mean colour and extinction between them
+#else
 field1 table;
-uniform vec2 lookup;
-uniform Camera camera;              // in the index space of the volume
-uniform float step_length;          // mm
-#if GRADIENT
-field3v gradient;
 #endif
-#if INTERVAL
-field2 interval;
-#endif
-#if LIT
-uniform Light light;
-uniform Material material;
-uniform mat3 to_eye;                // takes gradients (of index space, or of world space if bound) to eye space
+uniform vec2 lookup;                // from a value to a place in the table
+uniform float depth_opacity;        // depth is where this much is hidden
+#if SKIP
+field3 bricks;
 #endif
 #if TERMINATION
 uniform float termination;
 #define ENOUGH termination
 #else
-#define ENOUGH 2.0
-#endif
-#if MODE == 0
-uniform float depth_opacity;        // depth is where this much is hidden
-#endif
-#if MODE == 1
-uniform float reference_length;     // mm of material that the brightest value stands for
-#endif
-#if MODE == 2
-uniform float hit_extinction;       // per mm
-#endif
-#if MODE == 3
-uniform float iso_value;
-uniform vec3 iso_color;
+#define ENOUGH 1.0      // nothing can be added to a ray that is hidden wholly
 #endif
 
-struct Result {
-    vec4 color;     // linear, premultiplied
-    float depth;    // mm along the view axis
+// Segments whose sum is made apart before it is laid over the ray: rounding grows with their number and the number of
+// runs, not with the number of samples.
+const float LONGEST_RUN = 128.0;
+
+struct Segment {
+    vec3 color;     // of what is seen of it, before illumination
+    float depth;    // optical depth
+    vec4 back;      // what the next segment begins with
 };
 
-vec3 point_at(Ray ray, float t) {
-    return ray.origin + ray.direction * t;
+#if INTEGRATOR == 2
+// Place in the table of a point's value, NaN where the volume has none.
+vec4 end_of_segment(Ray ray, float t) {
+    return vec4(sample3(volume, point_at(ray, t)) * lookup.x + lookup.y);
 }
-
-#if MODE == 0
-// Colour and extinction of sample k of the ray.
-vec4 matter_at(Ray ray, float k) {
-    return classify(table, lookup, sample3(volume, point_at(ray, (k + 0.5) * step_length)));
-}
-#endif
-
-// Colour of a point of the ray after illumination.
-vec3 shade(vec3 color, Ray ray, float t) {
-#if LIT
-    vec3 p = point_at(ray, t);
-#if GRADIENT
-    vec3 slope = transform(to_eye, sample3v(gradient, p).xyz);
 #else
-    vec3 slope = transform(to_eye, gradient_central(volume, p));
-#endif
-    return shade_phong(color, slope, ray.eye_origin + ray.eye_direction * t, ray.eye_direction, light, material);
-#else
-    return color;
-#endif
+vec4 matter_at(Ray ray, float t) {
+    return classify(table, lookup, sample3(volume, point_at(ray, t)));
 }
 
-#if MODE == 2 || MODE == 3
-// Above zero inside the surface that is looked for, NaN where the volume has none.
-float surface(Ray ray, float t) {
-    float value = sample3(volume, point_at(ray, t));
-#if MODE == 3
-    return value - iso_value;
+vec4 end_of_segment(Ray ray, float t) {
+#if INTEGRATOR == 1
+    return matter_at(ray, t);
 #else
-    return classify(table, lookup, value).w - hit_extinction;
+    return vec4(0.0);
 #endif
 }
+#endif
 
-// Root of `surface` between a (outside) and b (inside): bisection with a last step of false position.
-float refine(Ray ray, float outside, float inside, float below, float above) {
-    float a = outside;
-    float b = inside;
-    float fa = below;
-    float fb = above;
-    for (int i = 0; i < 10; ++i) {
-        float middle = 0.5 * (a + b);
-        float f = surface(ray, middle);
-        if (f >= 0.0) {
-            b = middle;
-            fb = f;
-        } else {
-            a = middle;
-            fa = f;
-        }
+#if INTEGRATOR == 3
+const float NODE[2] = float[2](0.211324865405187118, 0.788675134594812882);
+const float WEIGHT[2] = float[2](0.5, 0.5);
+// Row i: what the length before node i weighs at each node, by the polynomial through them.
+const float BEFORE[4] = float[4](0.25, -0.0386751345948128823, 0.538675134594812882, 0.25);
+#define POINTS 2
+#endif
+#if INTEGRATOR == 4
+const float NODE[3] = float[3](0.112701665379258311, 0.5, 0.887298334620741689);
+const float WEIGHT[3] = float[3](0.277777777777777778, 0.444444444444444444, 0.277777777777777778);
+const float BEFORE[9] = float[9](
+    0.138888888888888889, -0.0359766675249389034, 0.00978944401530832604,
+    0.300026000111286, 0.222222222222222222, -0.0224704445557304,
+    0.26798833376246945, 0.480421111969383348, 0.138888888888888889);
+#define POINTS 3
+#endif
+
+#if INTEGRATOR == 3 || INTEGRATOR == 4
+struct Nodes {
+    vec3 colors[POINTS];
+    float weights[POINTS];      // of the colours in what is seen of the segment
+    vec3 color;
+    float depth;
+};
+
+// The points of a segment by Gauss and Legendre, as a collocation method: order 2 POINTS also for the colour.
+Nodes look_at(Ray ray, float start, float length) {
+    Nodes nodes;
+    float extinction[POINTS];
+    nodes.depth = 0.0;
+    for (int i = 0; i < POINTS; ++i) {
+        vec4 matter = matter_at(ray, start + NODE[i] * length);
+        extinction[i] = matter.w;
+        nodes.colors[i] = matter.rgb;
+        nodes.depth += WEIGHT[i] * matter.w * length;
     }
-    float slope = fb - fa;
-    return slope > 0.0 ? a + (b - a) * clamp(-fa / slope, 0.0, 1.0) : b;
+    vec3 sum = vec3(0.0);
+    float weights = 0.0;
+    for (int i = 0; i < POINTS; ++i) {
+        float before = 0.0;
+        for (int j = 0; j < POINTS; ++j) {
+            before += BEFORE[i * POINTS + j] * extinction[j];
+        }
+        nodes.weights[i] = WEIGHT[i] * extinction[i] * exp(-before * length);
+        sum += nodes.weights[i] * nodes.colors[i];
+        weights += nodes.weights[i];
+    }
+    nodes.color = weights > 0.0 ? sum / weights : nodes.colors[0];
+    return nodes;
+}
+#endif
+
+// Segment k of a ray that ends at `stop`: `length` mm from `start`, and begins with `front`.
+Segment segment(Ray ray, float k, float start, float length, float stop, vec4 front) {
+    Segment result;
+    result.back = front;
+#if INTEGRATOR == 0
+    vec4 matter = matter_at(ray, (k + 0.5) * step_length);
+    result.color = matter.rgb;
+    result.depth = matter.w * length;
+#endif
+#if INTEGRATOR == 1
+    vec4 back = matter_at(ray, min((k + 1.0) * step_length, stop));
+    result.depth = 0.5 * (front.w + back.w) * length;
+    float rest = back.w * exp(-result.depth);
+    result.color = front.w + rest > 0.0 ? (front.rgb * front.w + back.rgb * rest) / (front.w + rest) : front.rgb;
+    result.back = back;
+#endif
+#if INTEGRATOR == 2
+    vec4 back = end_of_segment(ray, min((k + 1.0) * step_length, stop));
+    vec4 matter = sample2(table, vec2(front.x, back.x));
+#if !FINITE
+    if (isnan(front.x) || isnan(back.x)) {
+        matter = vec4(0.0);
+    }
+#endif
+    result.color = matter.rgb;
+    result.depth = matter.w * length;
+    result.back = back;
+#endif
+#if INTEGRATOR == 3 || INTEGRATOR == 4
+    Nodes nodes = look_at(ray, start, length);
+    result.depth = nodes.depth;
+    result.color = nodes.color;
+#endif
+    return result;
+}
+
+#if LIT
+// Illuminated colour of a segment that can be seen.
+vec3 light_on(Ray ray, float k, float start, float length, vec4 front, Segment part) {
+#if INTEGRATOR == 0
+    return shade(part.color, ray, (k + 0.5) * step_length);
+#endif
+#if INTEGRATOR == 1
+    vec4 back = part.back;
+    float rest = back.w * exp(-part.depth);
+    vec3 near = shade(front.rgb, ray, start);
+    vec3 far = shade(back.rgb, ray, start + length);
+    return (near * front.w + far * rest) / (front.w + rest);
+#endif
+#if INTEGRATOR == 2
+    return shade(part.color, ray, start + 0.5 * length);
+#endif
+#if INTEGRATOR == 3 || INTEGRATOR == 4
+    vec3 sum = vec3(0.0);
+    float weights = 0.0;
+    Nodes nodes = look_at(ray, start, length);
+    for (int i = 0; i < POINTS; ++i) {
+        sum += nodes.weights[i] * shade(nodes.colors[i], ray, start + NODE[i] * length);
+        weights += nodes.weights[i];
+    }
+    return sum / weights;
+#endif
 }
 #endif
 
@@ -129,105 +181,85 @@ Result pixel(ivec2 at) {
     Result result;
     result.color = vec4(0.0);
     result.depth = nothing();
-    vec2 range = vec2(-ray.start, FAR);
-#if INTERVAL
-    vec2 seen = fetch2(interval, at).xy;
-    if (any(isnan(seen))) {
-        return result;
-    }
-    // Widened by the rounding of single precision, so that a proxy that fills the volume ends where the volume does.
-    range = max(seen, 0.0) * vec2(1.0 - 1.0e-6, 1.0 + 1.0e-6) - ray.start;
-#endif
-    range = intersect_box(ray.origin, ray.direction, vec3(-0.5), vec3(size3(volume)) - 0.5, range);
+    vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {
         return result;
     }
-    int first = int(floor(range.x / step_length));
-    int last = int(ceil(range.y / step_length));
+    // Segments are counted in floats, which are exact up to 16 million: nothing has to be converted in the loop.
+    float first = floor(range.x / step_length);
+    float end = ceil(range.y / step_length);
+    vec3 per_unit = inverse_of(ray.direction);
 
-#if MODE == 0
     vec3 color = vec3(0.0);
     float hidden = 0.0;
-    // The sample in which `depth_opacity` is passed, and what was hidden before it.
+    // The segment in which `depth_opacity` is passed, and what was hidden before it.
     vec2 crossing = vec2(-FAR, 0.0);
-    // Samples are counted in floats, which are exact up to 16 million: nothing has to be converted in the loop.
-    float next = float(first);
-    float end = float(last);
-    while (next < end && hidden < ENOUGH) {
-        float k = next;
-        vec4 matter = matter_at(ray, k);
-        next += 1.0;
-#if LIT
-        // Light is dear. Neighbouring rays, which run in step, first look each for its next visible sample, and
-        // then all light theirs together.
-        while (next < end && !(matter.w > 0.0)) {
-            k = next;
-            matter = matter_at(ray, k);
-            next += 1.0;
-        }
+    Run run = Run(first, first);
+    while (run.stop < end && hidden < ENOUGH) {
+        // The first and the last segment, which are shorter than the others, are runs of their own.
+        run.first = run.stop;
+        run.stop = run.first + 1.0;
+        float start = max(run.first * step_length, range.x);
+        float length = min(run.stop * step_length, range.y) - start;
+        float ahead = start - run.first * step_length;
+        if (run.first > first && run.stop < end) {
+#if SKIP
+            run = next_run(bricks, ray.origin, ray.direction, per_unit, step_length, run.first, end - 1.0);
+            run.stop = min(run.stop, run.first + LONGEST_RUN);
+#else
+            run.stop = min(run.first + LONGEST_RUN, end - 1.0);
 #endif
-        if (matter.w > 0.0) {
-            float start = max(k * step_length, range.x);
-            float length = min(next * step_length, range.y) - start;
-            float share = (1.0 - hidden) * -expm1(-matter.w * length);
-            color += share * shade(matter.rgb, ray, (k + 0.5) * step_length);
-            crossing = hidden <= depth_opacity ? vec2(k, hidden) : crossing;
-            hidden += share;
+            length = step_length;
+            ahead = 0.0;
         }
+        // What the run hides and shows by itself, and how much of it settles the ray and its depth.
+        vec3 run_color = vec3(0.0);
+        float run_hidden = 0.0;
+        float rest = 1.0 - hidden;
+        float enough = (ENOUGH - hidden) / rest;
+        float deep = (depth_opacity - hidden) / rest;
+        vec2 passed = vec2(-FAR, 0.0);
+        float k = run.first;
+        vec4 back = end_of_segment(ray, k * step_length + ahead);
+        while (k < run.stop && run_hidden < enough) {
+            vec4 front = back;
+            Segment part = segment(ray, k, k * step_length + ahead, length, range.y, front);
+            back = part.back;
+            k += 1.0;
+#if LIT
+            // Light is dear. Neighbouring rays, which run in step, first look each for its next visible segment, and
+            // then all light theirs together.
+            while (k < run.stop && !(part.depth > 0.0)) {
+                front = back;
+                part = segment(ray, k, k * step_length + ahead, length, range.y, front);
+                back = part.back;
+                k += 1.0;
+            }
+#endif
+            if (part.depth > 0.0) {
+                float share = (1.0 - run_hidden) * -expm1(-part.depth);
+#if LIT
+                run_color += share * light_on(ray, k - 1.0, (k - 1.0) * step_length + ahead, length, front, part);
+#else
+                run_color += share * part.color;
+#endif
+                passed = run_hidden <= deep ? vec2(k - 1.0, run_hidden) : passed;
+                run_hidden += share;
+            }
+        }
+        color += rest * run_color;
+        if (hidden <= depth_opacity && passed.x > -FAR) {
+            crossing = vec2(passed.x, hidden + rest * passed.y);
+        }
+        hidden += rest * run_hidden;
     }
     result.color = vec4(color, hidden);
     if (hidden >= depth_opacity && crossing.x > -FAR) {
-        float start = max(crossing.x * step_length, range.x);
-        float reach = log((1.0 - crossing.y) / (1.0 - depth_opacity)) / matter_at(ray, crossing.x).w;
-        result.depth = (ray.start + start + clamp(reach, 0.0, step_length)) * ray.cosine;
+        float a = max(crossing.x * step_length, range.x);
+        float b = min((crossing.x + 1.0) * step_length, range.y);
+        float depth = segment(ray, crossing.x, a, b - a, range.y, end_of_segment(ray, a)).depth;
+        float share = log((1.0 - crossing.y) / (1.0 - depth_opacity)) / depth;
+        result.depth = (ray.start + mix(a, b, clamp(share, 0.0, 1.0))) * ray.cosine;
     }
-#endif
-
-#if MODE == 1
-    float best = -FAR;
-    float best_t = 0.0;
-    for (int k = first; k < last; ++k) {
-        float t = (float(k) + 0.5) * step_length;
-        float value = sample3(volume, point_at(ray, t));
-        if (value > best) {
-            best = value;
-            best_t = t;
-        }
-    }
-    if (best > -FAR) {
-        vec4 matter = classify(table, lookup, best);
-        float opacity = -expm1(-matter.w * reference_length);
-        result.color = vec4(matter.rgb, 1.0) * opacity;
-        if (opacity > 0.0) {
-            result.depth = (ray.start + clamp(best_t, range.x, range.y)) * ray.cosine;
-        }
-    }
-#endif
-
-#if MODE == 2 || MODE == 3
-    float before = range.x;
-    float below = surface(ray, before);
-    bool hit = below >= 0.0;
-    float found = before;
-    for (int k = first; k <= last && !hit; ++k) {
-        float t = clamp((float(k) + 0.5) * step_length, range.x, range.y);
-        float above = surface(ray, t);
-        if (above >= 0.0) {
-            hit = true;
-            found = isnan(below) ? t : refine(ray, before, t, below, above);
-        }
-        before = t;
-        below = above;
-    }
-    if (hit) {
-#if MODE == 3
-        vec3 matter = iso_color;
-#else
-        vec3 matter = classify(table, lookup, sample3(volume, point_at(ray, found))).rgb;
-#endif
-        result.color = vec4(shade(matter, ray, found), 1.0);
-        result.depth = (ray.start + found) * ray.cosine;
-    }
-#endif
     return result;
 }

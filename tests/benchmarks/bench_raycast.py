@@ -72,7 +72,7 @@ def render(device: Any, content: Scene) -> np.ndarray:
     result = device.run(
         "render/raycast",
         SIZE,
-        defines={"MODE": 0, "LIT": False, "GRADIENT": False, "INTERVAL": False, "TERMINATION": True, "FINITE": True},
+        defines={"INTEGRATOR": 0, "TERMINATION": True, "FINITE": True},
         volume=content.volume,
         camera=content.camera.rays(SIZE, content.volume.world_to_index),
         step_length=STEP,

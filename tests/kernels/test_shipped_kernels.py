@@ -80,8 +80,28 @@ def _raycasts() -> list[tuple[str, dict[str, Any]]]:
     return cases
 
 
+SPARSE = TransferFunction([(0.6, (0.9, 0.3, 0.1), 0.0), (0.7, (0.9, 0.3, 0.1), 0.2), (0.8, (0.9, 0.8, 0.6), 0.0)])
+
+
+def _integrators() -> list[tuple[str, dict[str, Any]]]:
+    """Each way to integrate twice: with what makes it dear, and with what makes it cheap."""
+    cases = []
+    for integrator in ("trapezoid", "preintegrated", "gauss2", "gauss3", "cellwise", "adaptive"):
+        both = {"camera": CAMERA, "integrator": integrator}
+        dear = {"volume": VOLUME, "transfer_function": FUNCTION, "termination": 1.0, "order": 2, "gradient": GRADIENT}
+        cheap = {"volume": STORED, "transfer_function": SPARSE, "termination": 0.9, "interval": INTERVAL, "lit": False}
+        cases += [(f"{integrator}-dear", both | dear), (f"{integrator}-cheap", both | cheap)]
+        lit = {"volume": VOLUME, "transfer_function": FUNCTION, "termination": 1.0, "order": 3}
+        cases += [(f"{integrator}-lit", both | lit)]
+    for mode in ("composite", "maximum", "first_hit", "iso"):
+        values = {"volume": VOLUME, "transfer_function": SPARSE, "mode": mode, "termination": 1.0, "lit": False}
+        values |= {"camera": CAMERA, "iso_value": 0.75, "hit_extinction": 0.1}
+        cases += [(f"{mode}-sparse", values), (f"{mode}-sparse-all", values | {"skip": False, "volume": STORED})]
+    return cases
+
+
 CASES: list[tuple[str, str, dict[str, Any]]] = [
-    *(("render.raycast", name, values) for name, values in _raycasts()),
+    *(("render.raycast", name, values) for name, values in _raycasts() + _integrators()),
     ("render.raycast", "orthographic", {
         "volume": VOLUME, "camera": CAMERA.with_(projection="orthographic", height=60.0), "termination": 1.0,
         "transfer_function": FUNCTION}),

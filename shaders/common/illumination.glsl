@@ -1,0 +1,34 @@
+// The light on a point of a ray through a scalar volume.
+#include "common/rays.glsl"
+#include "common/gradient.glsl"
+#include "common/shading.glsl"
+
+#ifndef LIT
+#define LIT 0           // Phong illumination
+#endif
+#ifndef GRADIENT
+#define GRADIENT 0      // 1: a volume of gradients is bound; 0: central differences on the fly
+#endif
+#if GRADIENT
+field3v gradient;
+#endif
+#if LIT
+uniform Light light;
+uniform Material material;
+uniform mat3 to_eye;                // takes gradients, in the space that they are in, to eye space
+#endif
+
+// Colour of a point of the ray after illumination.
+vec3 shade(vec3 color, Ray ray, float t) {
+#if LIT
+    vec3 p = point_at(ray, t);
+#if GRADIENT
+    vec3 slope = transform(to_eye, sample3v(gradient, p).xyz);
+#else
+    vec3 slope = transform(to_eye, gradient_central(volume, p));
+#endif
+    return shade_phong(color, slope, ray.eye_origin + ray.eye_direction * t, ray.eye_direction, light, material);
+#else
+    return color;
+#endif
+}

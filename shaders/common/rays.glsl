@@ -1,0 +1,41 @@
+// What all ray-casters share: the ray of a pixel inside the volume, cut into segments.
+//
+// Segment k is the part of the ray from k to k + 1 steps, counted from the ray's origin, which the host puts a whole
+// number of steps from the eye. The first and the last segment are cut by the volume and by the interval.
+#include "common/camera.glsl"
+#include "common/interval.glsl"
+
+#ifndef INTERVAL
+#define INTERVAL 0      // 1: entry and exit points come as an image
+#endif
+
+const float FAR = 3.0e38;           // mm, farther than anything
+
+field3 volume;
+uniform Camera camera;              // in the index space of the volume
+uniform float step_length;          // mm
+#if INTERVAL
+field2 interval;
+#endif
+struct Result {
+    vec4 color;     // linear, premultiplied
+    float depth;    // mm along the view axis
+};
+
+vec3 point_at(Ray ray, float t) {
+    return ray.origin + ray.direction * t;
+}
+
+// Where the ray is inside the volume and its interval, mm from the ray's origin; nothing where exit <= entry.
+vec2 visible_range(Ray ray, ivec2 at) {
+    vec2 range = vec2(-ray.start, FAR);
+#if INTERVAL
+    vec2 seen = fetch2(interval, at).xy;
+    if (any(isnan(seen))) {
+        return vec2(0.0);
+    }
+    // Widened by the rounding of single precision, so that a proxy that fills the volume ends where the volume does.
+    range = max(seen, 0.0) * vec2(1.0 - 1.0e-6, 1.0 + 1.0e-6) - ray.start;
+#endif
+    return intersect_box(ray.origin, ray.direction, vec3(-0.5), vec3(size3(volume)) - 0.5, range);
+}

@@ -1,0 +1,134 @@
+// Emission and absorption along the rays through a scalar volume, with as many samples as each segment needs: it is
+// halved until two halves agree with the whole within the tolerance (Orhun 2004, OR-61). What lies between two values is
+// looked up, so that a part on which the value goes evenly needs no halving whatever the transfer function.
+#include "common/illumination.glsl"
+#include "common/bricks.glsl"
+
+#ifndef TERMINATION
+#define TERMINATION 0   // 1: a ray ends when its opacity reaches `termination`
+#endif
+#ifndef SKIP
+#define SKIP 0          // 1: runs of segments that cannot be seen are left out
+#endif
+#ifndef FINITE
+#define FINITE 0        // 1: the volume holds integers, so no value has to be tested for being a number
+#endif
+
+field2 table;                       // (front, back) to mean colour and extinction between them
+uniform vec2 lookup;                // from a value to a place in the table
+uniform float tolerance;            // of the colour and opacity of the whole ray
+uniform float depth_opacity;        // depth is where this much is hidden
+#if SKIP
+field3 bricks;
+#endif
+#if TERMINATION
+uniform float termination;
+#define ENOUGH termination
+#else
+#define ENOUGH 1.0
+#endif
+
+const float FINEST = 256.0;         // parts of a segment
+
+float place_at(Ray ray, float t) {
+    return sample3(volume, point_at(ray, t)) * lookup.x + lookup.y;
+}
+
+vec4 between(float front, float back) {
+#if !FINITE
+    if (isnan(front) || isnan(back)) {
+        return vec4(0.0);
+    }
+#endif
+    return sample2(table, vec2(front, back));
+}
+
+Result pixel(ivec2 at) {
+    Ray ray = cast_ray(camera, at);
+    Result result;
+    result.color = vec4(0.0);
+    result.depth = nothing();
+    vec2 range = visible_range(ray, at);
+    if (!(range.y > range.x)) {
+        return result;
+    }
+    float first = floor(range.x / step_length);
+    float end = ceil(range.y / step_length);
+    vec3 per_unit = inverse_of(ray.direction);
+    float per_mm = tolerance / (range.y - range.x);
+
+    vec3 color = vec3(0.0);
+    float hidden = 0.0;
+    float found = -FAR;
+    Run run = Run(first, first);
+    while (run.stop < end && hidden < ENOUGH) {
+        run.first = run.stop;
+        run.stop = run.first + 1.0;
+        if (run.first > first && run.stop < end) {
+#if SKIP
+            run = next_run(bricks, ray.origin, ray.direction, per_unit, step_length, run.first, end - 1.0);
+#else
+            run.stop = end - 1.0;
+#endif
+        }
+        // Part `index` of `parts` equal ones of segment k.
+        float k = run.first;
+        float index = 0.0;
+        float parts = 1.0;
+        float a = max(k * step_length, range.x);
+        float front = place_at(ray, a);
+        while (k < run.stop && hidden < ENOUGH) {
+            float from = max(k * step_length, range.x);
+            float length = min((k + 1.0) * step_length, range.y) - from;
+            float part = length / parts;
+            a = from + index * part;
+            float middle = place_at(ray, a + 0.5 * part);
+            float back = place_at(ray, a + part);
+            vec4 whole = between(front, back);
+            vec4 near = between(front, middle);
+            vec4 far = between(middle, back);
+            float d0 = near.w * 0.5 * part;
+            float d1 = far.w * 0.5 * part;
+            float rest = 1.0 - hidden;
+            float share = -expm1(-d0);
+            float second = (1.0 - share) * -expm1(-d1);
+            float coarse = -expm1(-whole.w * part);
+            vec3 error = share * near.rgb + second * far.rgb - coarse * whole.rgb;
+            float worst = max(max(abs(error.x), abs(error.y)), max(abs(error.z), abs(share + second - coarse)));
+            if (parts < FINEST && rest * worst > per_mm * part) {
+                parts *= 2.0;
+                index *= 2.0;
+            } else {
+                if (share > 0.0) {
+                    color += rest * share * shade(near.rgb, ray, a + 0.25 * part);
+                }
+                if (second > 0.0) {
+                    color += rest * second * shade(far.rgb, ray, a + 0.75 * part);
+                }
+                float after = hidden + rest * (share + second);
+                if (found < -FAR * 0.5 && after >= depth_opacity) {
+                    float wanted = log((1.0 - hidden) / (1.0 - depth_opacity));
+                    found = wanted < d0
+                        ? a + 0.5 * part * clamp(wanted / d0, 0.0, 1.0)
+                        : a + 0.5 * part * (1.0 + clamp((wanted - d0) / d1, 0.0, 1.0));
+                }
+                hidden = after;
+                front = back;
+                index += 1.0;
+                while (parts > 1.0 && mod(index, 2.0) == 0.0) {
+                    index *= 0.5;
+                    parts *= 0.5;
+                }
+                if (index >= parts) {
+                    index = 0.0;
+                    k += 1.0;
+                }
+            }
+        }
+    }
+    result.color = vec4(color, hidden);
+    if (found > -FAR) {
+        result.depth = (ray.start + found) * ray.cosine;
+    }
+    return result;
+}

@@ -1,0 +1,251 @@
+// Emission and absorption along the rays through a scalar volume, cut where anything has a kink: at the faces of cells,
+// where the cubic that the value is inside a cell turns, and where it meets a key of the transfer function. Each piece
+// is smooth, and Gauss-Legendre points integrate it (docs/decisions/0007-rays.md).
+#include "common/illumination.glsl"
+#include "common/bricks.glsl"
+
+#ifndef ORDER
+#define ORDER 3         // points in each piece
+#endif
+#ifndef TERMINATION
+#define TERMINATION 0   // 1: a ray ends when its opacity reaches `termination`
+#endif
+#ifndef SKIP
+#define SKIP 0          // 1: bricks that cannot be seen are left out
+#endif
+#ifndef FINITE
+#define FINITE 0        // 1: the volume holds integers, so no value has to be tested for being a number
+#endif
+
+field1 keys;                        // linear RGB and extinction per mm of each key
+field1 places;                      // value of each key, ascending; two at one value make a step
+uniform float nodes[ORDER];         // in 0..1
+uniform float weights[ORDER];
+uniform float before[ORDER * ORDER];    // row i: what the length before node i weighs at each node
+uniform float depth_opacity;        // depth is where this much is hidden
+#if SKIP
+field3 bricks;
+#endif
+#if TERMINATION
+uniform float termination;
+#define ENOUGH termination
+#else
+#define ENOUGH 1.0
+#endif
+
+const float NEVER = 3.0e38;
+
+// The value along the ray inside one cell: a cubic in s, -1/2 at the entry and 1/2 at the exit.
+struct Cubic {
+    vec4 c;
+};
+
+float value_of(Cubic f, float s) {
+    return f.c.x + s * (f.c.y + s * (f.c.z + s * f.c.w));
+}
+
+// The cubic through the values at s = -3/8, -1/8, 1/8, 3/8.
+Cubic cubic_through(vec4 v) {
+    float even_far = 0.5 * (v.w + v.x);
+    float even_near = 0.5 * (v.z + v.y);
+    float odd_far = 0.5 * (v.w - v.x);
+    float odd_near = 0.5 * (v.z - v.y);
+    float c2 = (even_far - even_near) * 8.0;
+    float c3 = (odd_far - 3.0 * odd_near) * (64.0 / 3.0);
+    return Cubic(vec4(even_near - c2 / 64.0, 8.0 * odd_near - c3 / 64.0, c2, c3));
+}
+
+// Where the cubic turns inside the cell, in order; 1/2 for each place that is not there.
+vec2 turns_of(Cubic f) {
+    float a = 3.0 * f.c.w;
+    float b = 2.0 * f.c.z;
+    float c = f.c.y;
+    float discriminant = b * b - 4.0 * a * c;
+    vec2 found = vec2(0.5);
+    if (discriminant > 0.0) {
+        // Without cancellation: one root from the sum of equal signs, the other from the product of both.
+        float q = -0.5 * (b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
+        float one = a != 0.0 ? q / a : 0.5;
+        float other = q != 0.0 ? c / q : 0.5;
+        one = one > -0.5 && one < 0.5 ? one : 0.5;
+        other = other > -0.5 && other < 0.5 ? other : 0.5;
+        found = vec2(min(one, other), max(one, other));
+    }
+    return found;
+}
+
+// Where the cubic, which only rises or only falls from low to high, takes a value that it takes there.
+float root_of(Cubic f, float value, float low, float high) {
+    float a = low;
+    float b = high;
+    bool rising = value_of(f, high) > value_of(f, low);
+    float s = 0.5 * (a + b);
+    for (int i = 0; i < 24; ++i) {
+        float error = value_of(f, s) - value;
+        if (error > 0.0 == rising) {
+            b = s;
+        } else {
+            a = s;
+        }
+        // Newton's step where it stays between, else the middle.
+        float slope = f.c.y + s * (2.0 * f.c.z + s * 3.0 * f.c.w);
+        float next = s - error / slope;
+        s = next > a && next < b ? next : 0.5 * (a + b);
+    }
+    return s;
+}
+
+struct Sum {
+    vec3 color;
+    float hidden;
+    float depth;    // mm from the ray's origin where depth_opacity is passed; NEVER before that
+};
+
+// What one piece adds: the cubic from s0 to s1 of the cell [start, start + length] mm, between two keys.
+Sum add_piece(Sum sum, Ray ray, Cubic f, float s0, float s1, float start, float length, int key) {
+    Sum result = sum;
+    int count = size1(places);
+    int low = clamp(key, 0, count - 1);
+    int high = clamp(key + 1, 0, count - 1);
+    float from = fetch1(places, low).x;
+    float width = fetch1(places, high).x - from;
+    vec4 near = fetch1(keys, low);
+    vec4 far = fetch1(keys, high);
+    if (key < 0) {
+        far = near;
+    }
+    if (!(near.w > 0.0) && !(far.w > 0.0)) {
+        return result;
+    }
+    float piece = (s1 - s0) * length;
+    vec4 matter[ORDER];
+    float depth = 0.0;
+    for (int i = 0; i < ORDER; ++i) {
+        float value = value_of(f, mix(s0, s1, nodes[i]));
+        float share = width > 0.0 ? clamp((value - from) / width, 0.0, 1.0) : 0.0;
+        matter[i] = mix(near, far, share);
+        depth += weights[i] * matter[i].w * piece;
+    }
+    if (!(depth > 0.0)) {
+        return result;
+    }
+    vec3 color = vec3(0.0);
+    float total = 0.0;
+    for (int i = 0; i < ORDER; ++i) {
+        float hidden_before = 0.0;
+        for (int j = 0; j < ORDER; ++j) {
+            hidden_before += before[i * ORDER + j] * matter[j].w;
+        }
+        float weight = weights[i] * matter[i].w * exp(-hidden_before * piece);
+        float t = start + (mix(s0, s1, nodes[i]) + 0.5) * length;
+        color += weight * shade(matter[i].rgb, ray, t);
+        total += weight;
+    }
+    float share = (1.0 - sum.hidden) * -expm1(-depth);
+    result.color += share * color / total;
+    result.hidden += share;
+    if (sum.depth == NEVER && result.hidden >= depth_opacity) {
+        // As if the extinction went evenly from one end of the piece to the other.
+        float e0 = mix(near.w, far.w, width > 0.0 ? clamp((value_of(f, s0) - from) / width, 0.0, 1.0) : 0.0);
+        float e1 = mix(near.w, far.w, width > 0.0 ? clamp((value_of(f, s1) - from) / width, 0.0, 1.0) : 0.0);
+        float target = log((1.0 - sum.hidden) / (1.0 - depth_opacity)) / depth * 0.5 * (e0 + e1);
+        float root = e0 + sqrt(max(e0 * e0 + 2.0 * (e1 - e0) * target, 0.0));
+        float reach = root > 0.0 ? clamp(2.0 * target / root, 0.0, 1.0) : 0.0;
+        result.depth = start + (mix(s0, s1, reach) + 0.5) * length;
+    }
+    return result;
+}
+
+// What one cell adds, cut where the cubic turns and where it meets keys.
+Sum add_cell(Sum sum, Ray ray, float start, float length) {
+    Sum result = sum;
+    vec4 v = vec4(
+        sample3(volume, point_at(ray, start + 0.125 * length)), sample3(volume, point_at(ray, start + 0.375 * length)),
+        sample3(volume, point_at(ray, start + 0.625 * length)), sample3(volume, point_at(ray, start + 0.875 * length)));
+#if !FINITE
+    if (any(isnan(v)) || any(isinf(v))) {
+        return result;
+    }
+#endif
+    Cubic f = cubic_through(v);
+    vec2 turns = turns_of(f);
+    int count = size1(places);
+    float s = -0.5;
+    for (int part = 0; part < 3; ++part) {
+        float stop = part == 0 ? turns.x : part == 1 ? turns.y : 0.5;
+        float value = value_of(f, s);
+        float goal = value_of(f, stop);
+        bool rising = goal > value;
+        // The key at or below the value from which the piece leaves.
+        int key = -1;
+        for (int i = 0; i < count; ++i) {
+            float place = fetch1(places, i).x;
+            key = place < value || (place == value && goal >= value) ? i : key;
+        }
+        bool going = s < stop && result.hidden < ENOUGH;
+        while (going) {
+            int meets = rising ? key + 1 : key;
+            float place = fetch1(places, clamp(meets, 0, count - 1)).x;
+            bool inside = meets >= 0 && meets < count && (rising ? place < goal : place > goal);
+            float end = inside ? root_of(f, place, s, stop) : stop;
+            if (end > s) {
+                result = add_piece(result, ray, f, s, end, start, length, key);
+            }
+            s = max(s, end);
+            key = rising ? key + 1 : key - 1;
+            going = inside && result.hidden < ENOUGH;
+        }
+        s = max(s, stop);
+    }
+    return result;
+}
+
+Result pixel(ivec2 at) {
+    Ray ray = cast_ray(camera, at);
+    Result result;
+    result.color = vec4(0.0);
+    result.depth = nothing();
+    vec2 range = visible_range(ray, at);
+    if (!(range.y > range.x) || size1(places) < 1) {
+        return result;
+    }
+    vec3 per_unit = inverse_of(ray.direction);
+    vec3 forward = mix(vec3(0.0), vec3(1.0), greaterThan(per_unit, vec3(0.0)));
+    vec3 sense = 2.0 * forward - 1.0;
+    vec3 last = vec3(size3(volume)) - 1.0;
+    Sum sum = Sum(vec3(0.0), 0.0, NEVER);
+    float t = range.x;
+    vec3 cell = clamp(floor(point_at(ray, t)), vec3(-1.0), last);
+    // Planes of the axes that the ray crosses next; outside the outermost voxels there are none.
+    float steps = 0.0;
+    float most = last.x + last.y + last.z + 8.0;
+    while (t < range.y && sum.hidden < ENOUGH && steps < most) {
+        vec3 exits = (cell + forward - ray.origin) * per_unit;
+        float leave = min(exits.x, min(exits.y, exits.z));
+        float stop = min(leave, range.y);
+#if SKIP
+        vec3 b = clamp(floor(cell / BRICK), vec3(0.0), vec3(size3(bricks)) - 1.0);
+        bool seen = fetch3(bricks, ivec3(b)) <= 0.0;
+#else
+        bool seen = true;
+#endif
+        if (stop > t && seen) {
+            sum = add_cell(sum, ray, t, stop - t);
+        }
+        t = max(t, stop);
+        // Exactly one axis a step, so that a ray through an edge crosses a cell of no length.
+        if (exits.x <= leave) {
+            cell.x += sense.x;
+        } else if (exits.y <= leave) {
+            cell.y += sense.y;
+        } else {
+            cell.z += sense.z;
+        }
+        steps += 1.0;
+    }
+    result.color = vec4(sum.color, sum.hidden);
+    if (sum.depth < NEVER) {
+        result.depth = (ray.start + sum.depth) * ray.cosine;
+    }
+    return result;
+}

@@ -1,0 +1,66 @@
+// The greatest value along each ray through a scalar volume (Rezk-Salama 2001, R13).
+#include "common/rays.glsl"
+#include "common/classify.glsl"
+#include "common/bricks.glsl"
+
+#ifndef SKIP
+#define SKIP 0          // 1: bricks that hold nothing greater than what was found are left out
+#endif
+
+field1 table;
+uniform vec2 lookup;                // from a value to a place in the table
+uniform float reference_length;     // mm of material that the brightest value stands for
+#if SKIP
+field3v bricks;                     // least and greatest value of each brick
+#endif
+
+Result pixel(ivec2 at) {
+    Ray ray = cast_ray(camera, at);
+    Result result;
+    result.color = vec4(0.0);
+    result.depth = nothing();
+    vec2 range = visible_range(ray, at);
+    if (!(range.y > range.x)) {
+        return result;
+    }
+    float first = floor(range.x / step_length);
+    float end = ceil(range.y / step_length);
+    vec3 per_unit = inverse_of(ray.direction);
+    float best = -FAR;
+    float best_t = 0.0;
+    float k = first;
+    while (k < end) {
+#if SKIP
+        float stop = k + 1.0;
+        if (k > first && k < end - 1.0) {
+            vec3 last = vec3(size3(bricks)) - 1.0;
+            vec3 b = clamp(floor(point_at(ray, k * step_length) / BRICK), vec3(0.0), last);
+            float leave = leave_cube(ray.origin, per_unit, b, 1.0, last);
+            stop = max(stop, min(floor(leave / step_length), end - 1.0));
+            if (stop > k + 1.0 && !(fetch3v(bricks, ivec3(b)).y > best)) {
+                k = stop;
+            }
+        }
+#else
+        float stop = end;
+#endif
+        while (k < stop) {
+            float t = (k + 0.5) * step_length;
+            float value = sample3(volume, point_at(ray, t));
+            if (value > best) {
+                best = value;
+                best_t = t;
+            }
+            k += 1.0;
+        }
+    }
+    if (best > -FAR) {
+        vec4 matter = classify(table, lookup, best);
+        float opacity = -expm1(-matter.w * reference_length);
+        result.color = vec4(matter.rgb, 1.0) * opacity;
+        if (opacity > 0.0) {
+            result.depth = (ray.start + clamp(best_t, range.x, range.y)) * ray.cosine;
+        }
+    }
+    return result;
+}
