@@ -11,7 +11,8 @@ class GaussianBlur(Processor):
 
     The width is physical, so anisotropic voxels are treated fairly. Borders repeat the edge. Voxels that are not
     finite take no part: the mean is over the others, and where there are none the result is not a number.
-    Components are smoothed one by one.
+    Components are smoothed one by one. Values that lie close together far from 0 keep their digits: what they have in
+    common is the offset of the result.
     """
 
     volume = Input(Volume, doc="Any field.")
@@ -20,8 +21,9 @@ class GaussianBlur(Processor):
     sigma = Float(1.0, min=0.0, soft_max=10.0, unit="mm", doc="Standard deviation.")
 
     def process(self, volume, sigma):
-        values = volume.real(np.float32)
-        mapping = Mapping(unit=volume.mapping.unit)
+        level = volume.origin
+        values = volume.less(level).real(np.float32)
+        mapping = Mapping(offset=level, unit=volume.mapping.unit)
         # (x, y, z) mm to (z, y, x) voxels; from a million on, a Gaussian is flat over any volume.
         width = (np.minimum(sigma, 1e6 * volume.spacing) / volume.spacing)[::-1]
         finite = np.isfinite(values)

@@ -15,7 +15,8 @@ class Gradient(Processor):
     *central* differences span two voxels and are exact on quadratic fields; *forward* ones span one voxel and lie
     half a voxel off; *sobel* is the central difference averaged over 3x3 neighbours with the weights 6, 3 and 2.
     At the border the missing neighbour is left out and the distance halved. Along an axis of one voxel the
-    gradient is 0. Source: Orhun 2004, OR-14, OR-15, OR-18, OR-22.
+    gradient is 0. Where a difference needs a voxel that is not finite, no component is a number.
+    Source: Orhun 2004, OR-14, OR-15, OR-18, OR-22.
     """
 
     volume = Input(Volume, doc="Scalar field.", accepts=[has_components(1)])

@@ -15,7 +15,7 @@ class Compose(Processor):
 
     *over* lays the front over the back (Porter and Duff 1984); *nearest* does so with whichever lies nearer at the
     pixel, by depth; *add*; *multiply*, where both are; *mix* by a weight. Depth is the nearer of the two; a
-    picture without depth counts as infinitely far.
+    picture without depth counts as infinitely far, and so does a depth that is not a number.
     """
 
     front = Input(Image, doc="Linear premultiplied RGBA.", accepts=[channels(4)])

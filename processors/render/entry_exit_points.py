@@ -26,16 +26,28 @@ class EntryExitPoints(Processor):
     camera = Camera(doc="Where the eye is.")
 
     def process(self, geometry, camera, *, size, device):
-        # The planes are moved to the eye in double precision: far from the origin, single precision has no digits left.
-        eye = np.asarray(camera.eye)
+        # Single precision has no digits left far from the origin, nor far from the eye. So rays start just before the
+        # geometry, and the planes are moved in double precision: to the middle of what is seen from afar, else to the
+        # eye.
+        start, around = start_before(geometry, camera)
         planes = geometry.planes()
-        planes[:, 3] += planes[:, :3] @ eye
+        planes[:, 3] += planes[:, :3] @ around
         padded = np.zeros((MOST_PLANES, 4))
         padded[: len(planes)] = planes
-        to_eye = np.eye(4)
-        to_eye[:3, 3] = -eye
-        return Image(
-            device.run(
-                "render/entry_exit_points", size, camera=camera.rays(size, to_eye), planes=padded, count=len(planes)
-            )
-        )
+        near = np.eye(4)
+        near[:3, 3] = -around
+        rays = camera.rays(size, near, start)
+        return Image(device.run("render/entry_exit_points", size, camera=rays, planes=padded, count=len(planes)))
+
+
+def start_before(geometry, camera):
+    """Where rays may start, mm from the eye (orthographic: from its plane), and a point of the world near by."""
+    eye = np.asarray(camera.eye)
+    if not len(geometry.vertices):
+        return 0.0, eye
+    middle = (geometry.vertices.min(axis=0) + geometry.vertices.max(axis=0)) / 2
+    radius = float(np.linalg.norm(geometry.vertices - middle, axis=1).max())
+    view = middle - eye
+    away = float(view @ camera.basis[2]) if camera.orthographic else float(np.linalg.norm(view))
+    # From as near as the geometry is wide, the distance from the eye itself has digits enough.
+    return (away - radius, middle) if away > 3.0 * radius else (0.0, eye)

@@ -1,13 +1,23 @@
 // Transfer function as a table of (linear red, green, blue, extinction per mm) over the values low..high.
 
 #ifndef FINITE
-#define FINITE 0        // 1: the volume holds integers, so no value has to be tested for being a number
+#define FINITE 0        // 1: the volume holds integers, so no value has to be tested for being finite
 #endif
 
-// `lookup` is (scale, offset) from a value to the table's index space. NaN is transparent black.
+// True where a value is made of a voxel that is not finite: there is nothing to be seen, whatever the transfer
+// function says of great values. What is empty may then be told from the least and the greatest finite value.
+bool is_missing(float value) {
+#if FINITE
+    return false;
+#else
+    return isnan(value) || isinf(value);
+#endif
+}
+
+// `lookup` is (scale, offset) from a value to the table's index space. What is missing is transparent black.
 vec4 classify(field1 table, vec2 lookup, float value) {
 #if !FINITE
-    if (isnan(value)) {
+    if (is_missing(value)) {
         return vec4(0.0);
     }
 #endif

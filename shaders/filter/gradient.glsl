@@ -47,6 +47,9 @@ vec4 voxel(ivec3 i) {
     g.z = slope(at(ivec3(i.x, i.y, high.z)), at(ivec3(i.x, i.y, low.z)), span.z);
 #endif
     vec3 world = transform(to_world, g);
+    if (any(isnan(world)) || any(isinf(world))) {
+        return vec4(uintBitsToFloat(0x7fc00000u));  // beside a voxel that is not finite
+    }
     // As long as `world`, without squares: those of 1e20 and of 1e-23 leave single precision.
     return vec4(world, dot(world, normalize(world)));
 }

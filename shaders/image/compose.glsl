@@ -15,11 +15,16 @@ struct Result {
     float depth;
 };
 
+// A depth that is no number is none: infinitely far.
+float distance_of(float depth) {
+    return isnan(depth) ? uintBitsToFloat(0x7f800000u) : depth;
+}
+
 Result pixel(ivec2 at) {
     vec4 a = fetch2(front, at);
     vec4 b = fetch2(back, at);
-    float za = fetch2(front_depth, at).x;
-    float zb = fetch2(back_depth, at).x;
+    float za = distance_of(fetch2(front_depth, at).x);
+    float zb = distance_of(fetch2(back_depth, at).x);
     Result result;
     result.depth = min(za, zb);
 #if MODE == 0

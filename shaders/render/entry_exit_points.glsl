@@ -4,15 +4,15 @@
 
 const int MOST_PLANES = 64;
 
-uniform Camera camera;                  // in world space relative to `planes`
+uniform Camera camera;                  // in the space of `planes`
 uniform vec4 planes[64];                // unit normals outwards, offset: normal . p + offset <= 0 inside
 uniform int count;
 
 vec2 pixel(ivec2 at) {
     Ray ray = cast_ray(camera, at);
-    vec2 range = vec2(0.0, 3.0e38);
+    vec2 range = vec2(-ray.start, 3.0e38);
     for (int i = 0; i < min(count, MOST_PLANES); ++i) {
         range = intersect_plane(ray.origin, ray.direction, planes[i], range);
     }
-    return count > 0 && range.y > range.x ? range : vec2(0.0);
+    return count > 0 && range.y > range.x ? ray.start + range : vec2(0.0);
 }

@@ -34,7 +34,7 @@ vec4 pixel(ivec2 at) {
     float value = sample3(volume, p);
 #endif
 #if !FINITE
-    if (isnan(value)) {
+    if (is_missing(value)) {
         return vec4(0.0);
     }
 #endif
