@@ -171,7 +171,7 @@ def _pictures(measured: Measured) -> Iterator[str]:
 def _reference(measured: Measured, place: int, url: str) -> str:
     note = measured.references[place]
     which = ", ".join(f"{name}={text(value)}" for name, value in note.settings.items())
-    left_out, told = "", f"{note.rounds} rounds"
+    left_out, told = "", f"{note.rounds} round{'' if note.rounds == 1 else 's'}"
     if note.left_out > 0.0 and note.image is not None and note.mask is not None:
         still, _ = amplified(note.image, note.image, note.mask)
         left_out = f'<img alt="what did not converge" src="{data_url(still)}">'

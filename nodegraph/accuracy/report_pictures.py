@@ -60,15 +60,16 @@ def amplified(value: Image, reference: Image, mask: Array | None = None) -> Ampl
 
 
 def shown(image: Image) -> Image:
-    """A picture over black, reduced to what fits; one channel as grey, distances from near (white) to far."""
+    """A picture over black, reduced to what fits; one channel as grey, two distances as the length between them."""
     if image.channels == 4:
         color = image.color[..., :3]
     else:
         grey = image.color[..., :1].astype(np.float64)
         if image.channels == 2:
-            finite = grey[np.isfinite(grey)]
-            low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
-            grey = np.where(np.isfinite(grey), 1.0 - (grey - low) / (high - low or 1.0), 0.0)
+            with np.errstate(invalid="ignore"):
+                length = image.color[..., 1:] - grey
+            length = np.where(np.isfinite(length), np.maximum(length, 0.0), 0.0)
+            grey = length / (length.max() or 1.0)
         color = np.repeat(grey, 3, axis=2)
     color = np.clip(np.nan_to_num(color), 0.0, 1.0)
     return _opaque(np.stack([reduce(color[..., channel], np.mean) for channel in range(3)], axis=2))

@@ -125,6 +125,7 @@ def _draw_series(axes: Axes, measured: Measured, points: Sequence[Point], height
         axes.plot(times, [heights[id(point)] for point in members], color=color, lw=0.9, alpha=0.45, zorder=2)
         for exact in (False, True):
             chosen = [point for point in members if (_error(measured, point) == 0.0) == exact]
+            told = "no error" in axes.get_legend_handles_labels()[1]
             axes.plot(
                 [1000 * point.seconds for point in chosen],
                 [heights[id(point)] for point in chosen],
@@ -135,7 +136,7 @@ def _draw_series(axes: Axes, measured: Measured, points: Sequence[Point], height
                 mec="white",
                 mew=0.6,
                 zorder=3,
-                label=label if not exact else None,
+                label=label if not exact else "no error" if chosen and not told else None,
             )
 
 
@@ -196,7 +197,7 @@ def _dress(axes: Axes, measured: Measured, points: Sequence[Point]) -> None:
         if axis.get_scale() == "log":
             low, high = sorted(axis.get_view_interval())
             axis.set_major_formatter(_plain)
-            axis.set_minor_formatter(_sparse if high < 300 * low else _nothing)
+            axis.set_minor_formatter(_plain if high < 4 * low else _sparse if high < 300 * low else _nothing)
     axes.tick_params(which="both", labelsize=8)
     if len(axes.get_legend_handles_labels()[1]) <= MOST_INSIDE:
         axes.legend(fontsize=8, frameon=False, loc="best")

@@ -139,12 +139,12 @@ def test_large_pictures_are_reduced_and_a_bad_pixel_stays_visible() -> None:
     assert reduce(plane[:10], np.max).shape == (10, 100)
 
 
-def test_distances_are_shown_from_near_to_far() -> None:
+def test_distances_are_shown_as_the_length_between_them() -> None:
     distances = np.full((2, 2, 2), np.inf)
-    distances[0] = [[10.0, 12.0], [30.0, 40.0]]
-    seen = shown(Image(distances)).color
-    assert seen[0, 0].tolist() == [1.0, 1.0, 1.0, 1.0]
-    assert seen[0, 1].tolist() == seen[1, 1].tolist() == [0.0, 0.0, 0.0, 1.0]
+    distances[0] = [[10.0, 12.0], [30.0, 38.0]]
+    distances[1, 0] = [5.0, 2.0]
+    seen = shown(Image(distances)).color[..., 0]
+    assert seen.tolist() == [[0.25, 1.0], [0.0, 0.0]]
     assert shown(Image(np.full((2, 2, 1), 0.25))).color[0, 0].tolist() == [0.25, 0.25, 0.25, 1.0]
 
 
@@ -178,6 +178,12 @@ def test_a_line_joins_what_differs_in_one_number() -> None:
 
 
 # -- the page --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def no_plot(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages without their plot, which takes longer than all else."""
+    monkeypatch.setattr(report_plot, "can_plot", lambda: False)
 
 
 class Page(HTMLParser):
@@ -230,6 +236,7 @@ def test_the_page_stands_alone() -> None:
         assert base64.b64decode(url.partition(",")[2]).startswith(b"\x89PNG")
 
 
+@pytest.mark.usefixtures("no_plot")
 def test_the_page_tells_rows_front_failures_and_names_as_they_are() -> None:
     page = render(measured())
     parsed = read(page)
@@ -243,6 +250,7 @@ def test_the_page_tells_rows_front_failures_and_names_as_they_are() -> None:
     assert "no difference" in words
 
 
+@pytest.mark.usefixtures("no_plot")
 def test_the_page_warns_of_a_reference_that_did_not_converge_and_shows_where() -> None:
     mask = np.ones((8, 16), bool)
     mask[0] = False
@@ -252,6 +260,7 @@ def test_the_page_warns_of_a_reference_that_did_not_converge_and_shows_where() -
     assert "12.5 % did not converge" in page
 
 
+@pytest.mark.usefixtures("no_plot")
 def test_a_page_without_pictures_or_without_any_result() -> None:
     bare = Point({}, "gl", 0.01, 0.0, 0.0, 10, (0.01,), {"absolute": 0.5})
     page = render(
@@ -262,6 +271,7 @@ def test_a_page_without_pictures_or_without_any_result() -> None:
     read(render(measured(Point({}, "gl", failure="no"))))
 
 
+@pytest.mark.usefixtures("no_plot")
 def test_a_page_shows_so_many_pictures_and_those_on_the_front_first() -> None:
     points = [point(1.0 + i, "midpoint", 1.0 + i, 0.5 if i != 59 else 0.001) for i in range(60)]
     page = render(measured(*points))
