@@ -137,13 +137,14 @@ class ResultCache:
     @property
     def nbytes(self) -> int:
         """Bytes of distinct memory that is kept, on the host or on a device."""
-        return self._bytes
+        return self._bytes + self._read_bytes()
 
     def host_bytes(self) -> int:
         """Bytes that lie on the host: what the cache counts in a budget that it shares with a device."""
         with self._lock:
             owners = list(self._blocks.values())
-        return sum(nbytes for _, nbytes, owner in owners if not isinstance(owner, Buffer) or owner.on_host)
+        kept = sum(nbytes for _, nbytes, owner in owners if not isinstance(owner, Buffer) or owner.on_host)
+        return kept + self._read_bytes()
 
     def pin(self, key: bytes) -> None:
         """Keep a key from eviction, also when it is put later, until it is unpinned as often."""
@@ -162,6 +163,11 @@ class ResultCache:
         """Remove the least recently used until the budget holds."""
         with self._lock:
             if self._over() > 0:
+                for _, _, owner in tuple(self._blocks.values()):
+                    if isinstance(owner, Buffer) and owner.resident:
+                        owner.release()  # nothing is cheaper to have again than what lies in a file
+                        if self._over() <= 0:
+                            return
                 for key in [key for key in self._entries if key not in self._pins]:
                     self._remove(key)
                     if self._over() <= 0:
@@ -189,8 +195,13 @@ class ResultCache:
                     self._remove(key)
             return before - self._bytes
 
+    def _read_bytes(self) -> int:
+        """Bytes that buffers in chunks have read by now."""
+        with self._lock:
+            return sum(owner.resident for _, _, owner in self._blocks.values() if isinstance(owner, Buffer))
+
     def _over(self) -> int:
-        over = self._bytes - self.limit
+        over = self.nbytes - self.limit
         if self.shared is not None and self.shared.limit is not None:
             over = max(over, self.shared.used - self.shared.limit)
         return over
@@ -220,7 +231,9 @@ def _blocks(value: Any) -> Iterator[tuple[int, int, Any]]:
         for buffer in value.buffers:
             yield from _blocks(buffer)
     elif isinstance(value, Buffer):
-        if value.on_host:
+        if value.chunks is not None:
+            yield id(value), 0, value  # what it read comes and goes: `ResultCache.nbytes` asks for it
+        elif value.on_host:
             yield from _blocks(value.array)
         else:
             yield id(value), value.nbytes, value
@@ -228,7 +241,8 @@ def _blocks(value: Any) -> Iterator[tuple[int, int, Any]]:
         base: Any = value
         while isinstance(base.base, np.ndarray):
             base = base.base
-        yield id(base), base.nbytes, base
+        mapped = isinstance(base, np.memmap)  # pages of a file, which the system takes back when it needs them
+        yield id(base), 0 if mapped else base.nbytes, base
     elif isinstance(value, Mapping):
         for item in value.values():
             yield from _blocks(item)

@@ -18,6 +18,7 @@ import json
 import math
 import os
 import secrets
+import stat
 import sys
 import weakref
 from collections.abc import Iterable, Mapping
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from nodegraph.processor import Processor
 
 SIZE = 20
+FOLDER_METADATA = ("zarr.json", ".zattrs", ".zgroup", ".zarray", ".zmetadata")
 # A key that no other process and no later run of this one can repeat.
 _PROCESS = secrets.token_bytes(12)
 _count = itertools.count()
@@ -122,7 +124,12 @@ def file_state(path: str | os.PathLike[str]) -> str:
         found = os.stat(path)
     except (OSError, ValueError):
         return f"{os.fspath(path)} missing"
-    return f"{os.path.abspath(path)} {found.st_size} bytes, mtime {found.st_mtime_ns}"
+    told = f"{os.path.abspath(path)} {found.st_size} bytes, mtime {found.st_mtime_ns}"
+    if not stat.S_ISDIR(found.st_mode):
+        return told
+    # A file that is a folder of chunks: who writes it writes its metadata too, and nobody looks at a million chunks.
+    parts = [os.path.join(path, name) for name in FOLDER_METADATA]
+    return "; ".join([told, *(file_state(part) for part in parts if os.path.isfile(part))])
 
 
 def canonical(value: Any) -> str:

@@ -308,7 +308,7 @@ class Run:
             arguments = collect_arguments(task, self._value)
             if not task.on_device:
                 # A worker must not wait for this thread, so what lies on a device comes to the host now.
-                each_buffer(arguments, lambda buffer: buffer.array)
+                each_buffer(arguments, lambda buffer: None if buffer.on_host else buffer.array)
         except Exception as error:
             self._raised(place, error, "check")
             return None

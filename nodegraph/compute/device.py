@@ -261,9 +261,8 @@ class Device(ABC):
         entry = self.memory.find(buffer, placement.key)
         if entry is not None:
             return entry
-        array = buffer.array
         self.check_limits(placement.shape, placement.nbytes, where)
-        thing, nbytes, release = self._upload(array, placement, where)
+        thing, nbytes, release = self._upload(buffer.array, placement, where)
         return self.memory.add(thing, nbytes, "input", release, owner=buffer, key=placement.key)
 
     def make_output(self, output: OutputDecl, grid: Size, entry_kind: str, label: str) -> tuple[Buffer, Entry]:

@@ -53,11 +53,12 @@ def brick_ranges(volume: Volume) -> NDArray[np.float64]:
     Voxels that are not a number count for nothing; a brick that has no others gets (inf, -inf). A brick with an
     infinite voxel gets (-inf, inf). The ranges are wider than the exact ones by what a device that computes in single
     precision, on the volume less its origin, may be off; where nothing is rounded, as in a brick of zeros of a float
-    or an unsigned volume, they are exact. Reads nine planes of the volume at a time and keeps none.
+    or an unsigned volume, they are exact. Reads some planes of the volume at a time, or a layer of its chunks, and
+    keeps none of them.
     """
     if volume.components != 1:
         raise PortError(f"brick_ranges: expected one component, got {volume.components}; choose one of them")
-    stored = _stored_ranges(volume.data.reshape(volume.dims[::-1]))
+    stored = _stored_ranges(volume)
     finite = stored[np.isfinite(stored)]
     least, greatest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     scale, offset = volume.mapping.scale, volume.mapping.offset
@@ -187,28 +188,46 @@ def _chebyshev(found: Flags) -> NDArray[np.float32]:
     return distance.astype(np.float32)
 
 
-def _stored_ranges(data: Array) -> Array:
+def _stored_ranges(volume: Volume) -> Array:
     """Least and greatest stored number of each brick (bz, by, bx, 2); NaN where there is nothing else."""
-    nz, ny, nx = data.shape
+    nx, ny, nz = volume.dims
     x, y, z = brick_counts((nx, ny, nz))
-    half = data.dtype == np.float16  # numpy is slow with it
-    result = np.empty((z, y, x, 2), np.float32 if half else data.dtype)
-    for layer in range(z):
-        slab = data[layer * BRICK : layer * BRICK + BRICK + 1]
-        if half:
-            slab = slab.astype(np.float32)
-        _reduce(slab, result[layer], np.minimum, np.maximum)
-        if slab.dtype.kind == "f" and np.isnan(result[layer]).any():
-            _reduce(slab, result[layer], np.fmin, np.fmax)  # slower, and not poisoned by NaN
+    half = volume.dtype == np.float16  # numpy is slow with it
+    result = np.empty((z, y, x, 2), np.float32 if half else volume.dtype)
+    result[...] = (
+        (np.nan, np.nan) if result.dtype.kind == "f" else (np.iinfo(result.dtype).max, np.iinfo(result.dtype).min)
+    )
+    for first, slab in volume.buffer.slabs():
+        slab = slab.reshape(-1, ny, nx)
+        end = first + len(slab)
+        for layer in range(first // BRICK, (end - 1) // BRICK + 1):
+            start = layer * BRICK
+            planes = slab[max(start, first) - first : min(start + BRICK, end) - first]
+            planes = planes.astype(np.float32) if half else planes
+            if layer < z:
+                _merge(planes, result[layer])
+            if 0 < layer and first <= start:
+                _merge(planes[:1], result[layer - 1])  # the plane that two layers share
     return result
 
 
-def _reduce(slab: Array, into: Array, least: np.ufunc, greatest: np.ufunc) -> None:
-    """Reduce the planes of one layer of bricks (planes, y, x) to (by, bx, 2)."""
-    y, x, _ = into.shape
+def _merge(planes: Array, ranges: Array) -> None:
+    """Widen the ranges (by, bx, 2) of a layer of bricks by some of its planes (planes, y, x)."""
+    found = _reduced(planes, ranges.shape, np.minimum, np.maximum)
+    if found.dtype.kind == "f" and np.isnan(found).any():
+        found = _reduced(planes, ranges.shape, np.fmin, np.fmax)  # slower, and not poisoned by NaN
+    np.fmin(ranges[..., 0], found[..., 0], out=ranges[..., 0])
+    np.fmax(ranges[..., 1], found[..., 1], out=ranges[..., 1])
+
+
+def _reduced(planes: Array, shape: tuple[int, ...], least: np.ufunc, greatest: np.ufunc) -> Array:
+    """Least and greatest number of some planes (planes, y, x) in each brick (by, bx, 2) of a layer."""
+    y, x, _ = shape
+    found = np.empty(shape, planes.dtype)
     for end, ufunc in enumerate((least, greatest)):
-        plane = ufunc.reduce(slab, axis=0)
-        into[..., end] = _reduce_axis(ufunc, _reduce_axis(ufunc, plane, y).T, x).T
+        plane = ufunc.reduce(planes, axis=0)
+        found[..., end] = _reduce_axis(ufunc, _reduce_axis(ufunc, plane, y).T, x).T
+    return found
 
 
 def _reduce_axis(ufunc: np.ufunc, rows: Array, count: int) -> Array:

@@ -99,6 +99,15 @@ class Grid(Value):
         away = float(view @ camera.basis[2]) if camera.orthographic else float(np.linalg.norm(view))
         return max(0.0, away - radius)
 
+    def _block(self, low: Any, high: Any) -> tuple[Buffer, Matrix]:
+        """Data and index-to-world matrix of the voxels low <= (x, y, z) < high."""
+        first, end = (tuple(int(n) for n in corner) for corner in (low, high))
+        if not all(0 <= a < b <= n for a, b, n in zip(first, end, self.dims, strict=True)):
+            raise PortError(f"{self.kind}.part: voxels {first} to {end} are no block of a grid of {self.dims}")
+        matrix = self.index_to_world.copy()
+        matrix[:3, 3] = transform_points(matrix, first)
+        return Buffer(self.buffer.part(first[::-1], end[::-1])), matrix
+
     def is_same_grid(self, other: Grid) -> bool:
         """True when both have the same voxels, within a thousandth of the least spacing."""
         if self.dims != other.dims:
@@ -150,6 +159,17 @@ class Volume(Grid):
             mapping = self.mapping if same else Mapping(unit=self.mapping.unit)
         return Volume(buffer, self.index_to_world, mapping)
 
+    def part(self, low: Any, high: Any) -> Volume:
+        """The voxels low <= (x, y, z) < high as a volume of its own, in the same place of the world.
+
+        A view of an array; of a volume that lies in chunks only what is named is read.
+        """
+        return Volume(*self._block(low, high), self.mapping)
+
+    def component(self, index: int) -> Volume:
+        """One of several components (z, y, x); of a volume that lies in chunks nothing is read for it."""
+        return self if len(self.buffer.shape) == 3 else self.with_data(self.buffer.component(index))
+
     @property
     def components(self) -> int:
         """Numbers per voxel."""
@@ -199,8 +219,7 @@ class Volume(Grid):
         """Least and greatest finite real value; (0, 0) where no voxel is finite. Computed once, slab by slab."""
         if self._range is None:
             low, high = math.inf, -math.inf
-            for slab in slabs(self.data):
-                part = self.data[slab]
+            for _, part in self.buffer.slabs():
                 if part.dtype.kind == "f":
                     part = part[np.isfinite(part)]
                 if part.size:
@@ -267,6 +286,10 @@ class Labels(Grid):
             buffer = Buffer(array.view(unsigned) if array.dtype.itemsize == size else array.astype(unsigned))
         self._place(buffer, index_to_world, False)
         self._set(names=MappingProxyType({int(id): str(name) for id, name in (names or {}).items()}))
+
+    def part(self, low: Any, high: Any) -> Labels:
+        """The voxels low <= (x, y, z) < high as labels of their own, in the same place of the world."""
+        return Labels(*self._block(low, high), self.names)
 
     def summary(self) -> str:
         named = f", {len(self.names)} named" if self.names else ""

@@ -36,7 +36,9 @@ BUILT_IN = {
     ".npz": "npy",
     ".png": "png",
     ".exr": "exr",
+    ".zarr": "zarr",
 }
+READ_ONLY = (".nhdr", ".zarr")
 
 PathLike = str | os.PathLike[str]
 
@@ -45,7 +47,8 @@ def read(path: PathLike, **options: Any) -> Value:
     """Return the volume or the image in a file.
 
     Volume formats take ``time`` (index of a time step) and ``fourth_axis`` ("auto", "time" or "components": what a
-    fourth axis means where the file does not say). Uncompressed data is mapped, not read.
+    fourth axis means where the file does not say), those of several resolutions ``level``. Uncompressed data is mapped,
+    and data in chunks read when it is needed.
     """
     path, format = _there(path), find(path)
     value = _call(format.read, "read", path, options)
@@ -86,13 +89,15 @@ def info(path: PathLike) -> dict[str, Any]:
     else:
         value = _call(format.read, "read", path, {})
         told = {"kind": value.kind, "summary": value.summary()}
-    return {"file": str(path), "bytes_on_disk": path.stat().st_size, **told}
+    # A folder may hold a million chunks: they are not counted.
+    size = {} if path.is_dir() else {"bytes_on_disk": path.stat().st_size}
+    return {"file": str(path), **size, **told}
 
 
 def suffixes(*, write: bool = False) -> tuple[str, ...]:
     """Every known suffix; with ``write=True`` those that can be written."""
     plugged = {s: f for s, f in _plugged().items() if not write or hasattr(f, "write")}
-    return (*(s for s in BUILT_IN if not write or s != ".nhdr"), *plugged)
+    return (*(s for s in BUILT_IN if not write or s not in READ_ONLY), *plugged)
 
 
 def find(path: PathLike) -> Any:
@@ -132,12 +137,19 @@ def _broken() -> dict[str, str]:
 
 def _there(path: PathLike) -> Path:
     path = Path(path)
-    if path.is_dir():
+    if path.is_dir() and not _is_folder_format(path):
         raise FormatError("this is a folder; choose a file in it", file=str(path))
     if not path.exists():
         near = near_miss(path.name, os.listdir(path.parent)) if path.parent.is_dir() else ""
         raise FormatError(f"there is no such file{near}; check the path", file=str(path))
     return path
+
+
+def _is_folder_format(path: Path) -> bool:
+    try:
+        return bool(getattr(find(path), "folders", False))
+    except FormatError:
+        return False
 
 
 def _call(

@@ -77,6 +77,6 @@ def test_libraries_are_loaded_when_used_and_not_before(statement: str) -> None:
 def test_listing_processors_loads_no_device_and_no_format_library() -> None:
     modules = loaded_by("from nodegraph import registry; assert registry.catalogue()")
     assert (
-        outsiders(modules) & {"moderngl", "pyopencl", "PySide6", "OpenImageIO", "nibabel", "nrrd", "matplotlib"}
+        outsiders(modules) & {"moderngl", "pyopencl", "PySide6", "OpenImageIO", "nibabel", "nrrd", "matplotlib", "zarr"}
         == set()
     )
