@@ -27,7 +27,7 @@ MOST_COMBINATIONS = 64
 def is_better(one: Rank, other: Rank) -> bool:
     """Whether a setting is better by more than chance."""
     if one[0] != other[0]:
-        return one[0] < other[0]
+        return one[0] == 0.0 or (other[0] > 0.0 and one[0] < GAIN * other[0])
     return one[1] < GAIN * other[1]
 
 
@@ -57,7 +57,8 @@ def descend(start: Settings, knobs: Sequence[Knob], rank: Callable[[Settings], R
             found, reached = _along(best, place, ladder, rank, score)
             if is_better(reached, score):
                 best, score, moved = found, reached, True
-        for coarser, finer in itertools.permutations(ladders, 2) if not moved else ():
+        # Where what was asked for is not reached, there is nothing to spend elsewhere.
+        for coarser, finer in itertools.permutations(ladders, 2) if not moved and score[0] == 0.0 else ():
             rung = ladders[coarser].index(best[coarser])
             if rung == 0:
                 continue
@@ -73,10 +74,17 @@ def descend(start: Settings, knobs: Sequence[Knob], rank: Callable[[Settings], R
 def _along(
     start: Settings, place: str, ladder: Sequence[object], rank: Callable[[Settings], Rank], score: Rank
 ) -> tuple[Settings, Rank]:
-    """The best rung of one ladder, walking from the present one both ways while it gets better."""
+    """The best rung of one ladder: from the present one first to where help is likely, then the other way.
+
+    Where a limit is broken, an accurate rung may keep it; where all is kept, a fast one may cost less. (With a limit
+    on the time it is the other way round, which costs a few rungs in vain.)
+    """
     best, reached = start, score
     here = ladder.index(start[place])
-    for rungs in (ladder[:here][::-1], ladder[here + 1 :]):
+    ways = (ladder[:here][::-1], ladder[here + 1 :])
+    for rungs in ways if score[0] == 0.0 else ways[::-1]:
+        if best is not start:
+            break
         in_vain = 0
         for value in rungs:
             other = {**start, place: value}
