@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,11 @@ from nodegraph.data.mesh import Mesh
 Points = NDArray[np.float64]
 
 CHUNK = 4096
-"""Points that are looked at together, so that the list of candidate triangles stays small."""
+"""Points that are looked at together."""
+PAIRS = 1 << 20
+"""Pairs of a point and a triangle that are looked at together, so that memory stays small."""
+GROWTH = 6
+"""One triangle is tried at first about each point, then so many times as many in each turn."""
 
 
 def vertices_of_surface(mesh: Mesh) -> Points:
@@ -21,9 +27,9 @@ def vertices_of_surface(mesh: Mesh) -> Points:
 def distances_to_surface(points: Points, mesh: Mesh) -> Points:
     """Distance, mm, of each of ``points`` (n, 3) to the nearest point of the surface; inf where it has no triangle.
 
-    Exact: a triangle lies within a ball about its centroid, so with an upper bound of the distance at hand only
-    triangles whose balls come nearer need to be looked at. The balls are sorted by size, each size in a tree of its
-    own, since one large triangle would else make the search about every small one wide.
+    Exact: a triangle lies within a ball about its centroid, so triangles are tried in the order of their centroids'
+    distances until no ball of the rest comes nearer than what was found. The balls are sorted by size, each size in a
+    tree of its own, since one large triangle would else make the search about every small one long.
     """
     points = np.asarray(points, np.float64)
     nearest = np.full(len(points), np.inf)
@@ -37,28 +43,39 @@ def distances_to_surface(points: Points, mesh: Mesh) -> Points:
     # Rounding must not make a ball smaller than its triangle.
     radii = radii * (1 + 1e-12) + 1e-300
     sizes = np.floor(np.log2(radii)).astype(int)
-    groups = [np.flatnonzero(sizes == size) for size in np.unique(sizes)[::-1]]
+    groups = [np.flatnonzero(sizes == size) for size in np.unique(sizes)]
+    groups.sort(key=len, reverse=True)
     trees = [cKDTree(centres[group]) for group in groups]
-
     for start in range(0, len(points), CHUNK):
         here = points[start : start + CHUNK]
-        best = np.full(len(here), np.inf)
-        for group, tree in zip(groups, trees, strict=True):  # the triangle whose centroid is nearest: an upper bound
-            _, found = tree.query(here)
-            best = np.minimum(best, point_triangle_distances(here, corners[group[found]]))
+        best = nearest[start : start + CHUNK]
         for group, tree in zip(groups, trees, strict=True):
-            reach = best * (1 + 1e-12) + radii[group].max()
-            lists = tree.query_ball_point(here, reach, return_sorted=False)
-            counts = np.fromiter(map(len, lists), int, len(lists))
-            if not counts.any():
-                continue
-            whose = np.repeat(np.arange(len(here)), counts)
-            which = group[np.concatenate([found for found in lists if found]).astype(int)]
-            near = np.linalg.norm(here[whose] - centres[which], axis=1) - radii[which] <= best[whose]
-            whose, which = whose[near], which[near]
-            np.minimum.at(best, whose, point_triangle_distances(here[whose], corners[which]))
-        nearest[start : start + CHUNK] = best
+            _improve(best, here, corners[group], tree, float(radii[group].max()))
     return nearest
+
+
+def _improve(best: Points, points: Points, corners: Points, tree: Any, radius: float) -> None:
+    """Lower ``best`` in place to the distance of the nearest of these triangles, whose balls have at most ``radius``.
+
+    Of each point its nearest centroids are tried, more of them in each turn, until the last one is so far away that
+    no triangle beyond it can matter.
+    """
+    waiting = np.arange(len(points))
+    tried, count = 0, 1
+    while len(waiting):
+        unsure = []
+        # A point in the middle of a sphere is as far from all of it: few such points are looked at together.
+        for part in np.array_split(waiting, -(-len(waiting) * count // PAIRS)):
+            away, which = tree.query(points[part], k=np.arange(tried + 1, count + 1))
+            # What is sure to be farther than what is known already needs no closer look.
+            row, column = np.nonzero(away - radius <= best[part][:, None] * (1 + 1e-12))
+            whose = part[row]
+            np.minimum.at(best, whose, point_triangle_distances(points[whose], corners[which[row, column]]))
+            unsure.append(part[away[:, -1] - radius <= best[part] * (1 + 1e-12)])
+        if count == len(corners):
+            return
+        waiting = np.concatenate(unsure)
+        tried, count = count, min(GROWTH * count, len(corners))
 
 
 def point_triangle_distances(points: Points, corners: Points) -> Points:

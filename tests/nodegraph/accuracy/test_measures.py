@@ -253,6 +253,17 @@ def test_the_search_finds_what_trying_every_triangle_finds(count: int, spread: f
     np.testing.assert_allclose(distances_to_surface(points, mesh), brute, rtol=1e-12, atol=1e-12)
 
 
+def test_points_that_are_as_far_from_every_triangle(monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator) -> None:
+    """In the middle of a sphere no triangle can be left out early; a few pairs at a time get there as well."""
+    corners = rng.normal(size=(300, 1, 3))
+    corners = corners / np.linalg.norm(corners, axis=2, keepdims=True) + 1e-3 * rng.normal(size=(300, 3, 3))
+    mesh = Mesh(corners.reshape(-1, 3), np.arange(900).reshape(-1, 3))
+    points = 1e-3 * rng.normal(size=(20, 3))
+    brute = np.min([point_triangle_distances(points, np.repeat(c[None], 20, axis=0)) for c in corners], axis=0)
+    monkeypatch.setattr("nodegraph.accuracy.surfaces.PAIRS", 700)
+    np.testing.assert_allclose(distances_to_surface(points, mesh), brute, rtol=1e-13)
+
+
 def test_a_triangle_and_sampling_it_agree(rng: np.random.Generator) -> None:
     """Independent of every formula: no sample of a triangle is nearer, and some is nearly as near."""
     corners = rng.normal(size=(20, 3, 3))
