@@ -1,8 +1,8 @@
 """Compare with VTK, print what was found, and write docs/peers.md.
 
-    python -m tests.benchmarks.peers [compare] [orbit] [sizes] [--side PIXELS] [--out FOLDER]
+    python -m tests.benchmarks.peers [compare] [orbit] [sizes] [floor] [--side PIXELS] [--out FOLDER]
 
-Without names all three parts run. The page and its figures are written where all parts ran at full size, or into the
+Without names all parts run. The page and its figures are written where all parts ran at full size, or into the
 folder that is named.
 """
 
@@ -16,12 +16,13 @@ from pathlib import Path
 from nodegraph.engine import Engine
 from tests.benchmarks.peers import page, plots
 from tests.benchmarks.peers.compare import Comparison, compare
+from tests.benchmarks.peers.floor import Stage, stages
 from tests.benchmarks.peers.orbit import Orbit, orbits
 from tests.benchmarks.peers.ours import Ours
 from tests.benchmarks.peers.scenes import scenes
 from tests.benchmarks.peers.sizes import Cost, costs
 
-PARTS = ("compare", "orbit", "sizes")
+PARTS = ("compare", "orbit", "sizes", "floor")
 SIDE = 512
 
 
@@ -39,6 +40,7 @@ def main(arguments: Sequence[str]) -> int:
     compared: list[Comparison] = []
     turned: list[Orbit] = []
     sized: list[Cost] = []
+    lowest: list[Stage] = []
     with Engine("gl", disk=False) as engine:
         if "compare" in parts:
             compared = compare_all((asked.side, asked.side), engine)
@@ -46,6 +48,10 @@ def main(arguments: Sequence[str]) -> int:
             turned = orbits((asked.side, asked.side), engine, say)
         if "sizes" in parts:
             sized = costs(engine, say, 4 * asked.side)
+    if "floor" in parts:
+        for stage in stages():
+            say(f"{stage.name}: {stage.nanoseconds:.1f} ns of processor time a sample")
+            lowest.append(stage)
     folder = asked.out or (page.DOCS if set(parts) == set(PARTS) and asked.side == SIDE else None)
     if folder is not None:
         if compared:
@@ -53,7 +59,7 @@ def main(arguments: Sequence[str]) -> int:
             plots.sheet(compared, folder / page.PICTURES)
         if sized:
             plots.plot_costs(sized, folder / page.COSTS)
-        page.write(folder / page.NAME, compared, turned, sized)
+        page.write(folder / page.NAME, compared, turned, sized, lowest)
     missed = page.missed(compared, turned)
     for line in missed:
         print(f"missed: {line}")

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.benchmarks.peers.compare import Comparison, Match
+from tests.benchmarks.peers.floor import Stage
 from tests.benchmarks.peers.orbit import WANTED, Orbit
 from tests.benchmarks.peers.plots import GAIN, NAMES
 from tests.benchmarks.peers.sizes import Cost
@@ -41,18 +42,23 @@ def missed(compared: Sequence[Comparison], turned: Sequence[Orbit]) -> list[str]
     ]
 
 
-def write(path: Path, compared: Sequence[Comparison], turned: Sequence[Orbit], sized: Sequence[Cost]) -> None:
+def write(
+    path: Path, compared: Sequence[Comparison], turned: Sequence[Orbit], sized: Sequence[Cost], lowest: Sequence[Stage]
+) -> None:
     """Put the figures between the two marks of the page; the text around them stays."""
     from tests.benchmarks.measure import machine
     from tests.benchmarks.peers.vtk_peer import version
 
-    parts = [f"Measured {datetime.date.today().isoformat()} on {machine()}; VTK {version()}."]
+    peer = f"; VTK {version()}" if compared or sized else ""
+    parts = [f"Measured {datetime.date.today().isoformat()} on {machine()}{peer}."]
     if compared:
         parts += [_matches(compared), _fronts(compared), _pictures()]
     if turned:
         parts.append(_orbits(turned))
     if sized:
         parts.append(_costs(sized))
+    if lowest:
+        parts.append(_floor(lowest))
     page = path if path.exists() else DOCS / NAME
     text = page.read_text("utf-8")
     measured = f"{BEGIN}\n\n" + "\n\n".join(parts) + f"\n\n{END}"
@@ -138,6 +144,18 @@ def _costs(sized: Sequence[Cost]) -> str:
         times = " | ".join(_ms(cost.seconds[who]) for who in NAMES)
         lines.append(f"| {cost.scene} | {cost.side}^3 | {cost.picture}^2 | {times} |")
     return "\n".join(lines)
+
+
+def _floor(lowest: Sequence[Stage]) -> str:
+    lines = [
+        "## The floor",
+        "",
+        "What a sample costs at the least on this OpenGL, in a shader that does nothing else:",
+        "",
+        "| what is done for each sample | processor time |",
+        "| --- | --- |",
+    ]
+    return "\n".join(lines + [f"| {stage.name} | {stage.nanoseconds:.1f} ns |" for stage in lowest])
 
 
 def _ms(seconds: float) -> str:

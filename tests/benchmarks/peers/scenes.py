@@ -78,7 +78,11 @@ class Scene:
 
     def visible_share(self) -> float:
         """Share of the voxels that have extinction."""
-        return float((self.transfer_function.evaluate(self.volume.real())[..., 3] > 0.0).mean())
+        data = self.volume.data
+        low = int(data.min())
+        counts = np.bincount((data - np.int32(low)).ravel())
+        visible = self.transfer_function.evaluate(low + np.arange(len(counts)))[:, 3] > 0.0
+        return float(counts[visible].sum() / data.size)
 
 
 def scenes(size: tuple[int, int]) -> list[Scene]:

@@ -96,9 +96,9 @@ def _stored(image: Any) -> NDArray[np.float64]:
 
 def version() -> str:
     """VTK's version."""
-    from vtkmodules.vtkCommonCore import vtkVersion
+    from importlib.metadata import version as installed
 
-    return str(vtkVersion.GetVTKVersion())
+    return installed("vtk")
 
 
 def _mapper(kind: str, threads: int) -> Any:
