@@ -29,7 +29,7 @@ def darkened(device, depth, jump):
 
 def test_depth_darkening_of_a_step_edge(device):
     """A Gaussian blur of a step is the normal distribution, so behind the edge the difference is -jump (1 - Phi(x /
-    sigma)), and above zero before it, where nothing is darkened. Digest values for a jump of 0.6 and sigma 4: at 0+, 1,
+    sigma)), and above zero before it, where nothing is darkened. Values for a jump of 0.6 and sigma 4: at 0+, 1,
     2 and 4 pixels -0.3000, -0.2408, -0.1851, -0.0952; pixel centres lie between those.
 
     The sum over pixels differs from the integral by the cut of the Gaussian at 3 sigma, 1 - 2 Phi(-3), by which it is
@@ -123,3 +123,31 @@ def test_ambient_occlusion_in_a_groove(device, camera):
     assert np.abs(middle - expected[8:16, 12:36]).max() <= bound
     assert abs(float((middle - expected[8:16, 12:36]).mean())) <= 0.01
     assert middle.max() > 0.4
+
+
+def test_ambient_occlusion_in_a_groove_beside_the_axis(device):
+    """The same groove near the eye and aside of the axis of a wide view, where rays spread by a sixth within the ball:
+    parts of a ball do not depend on who looks, as long as each ray counts with its solid angle and its distance."""
+    size, radius = (64, 40), 9.0
+    camera = Camera(eye=(0, -36, 0), field_of_view=60.0)
+    across, upwards = forms.film(camera, size)
+    towards = np.stack([across, upwards, -np.ones(across.shape)], axis=-1)  # eye space, one mm deep
+    bottom = np.array([0.35, 0.0, -1.0]) * 36.0
+    open_way = -bottom / np.linalg.norm(bottom)
+    aside = np.array([-open_way[2], 0.0, open_way[0]])
+    normals = (open_way + aside) / np.sqrt(2), (open_way - aside) / np.sqrt(2)
+    depth = np.min([(n @ bottom) / (towards @ n) for n in normals], axis=0)
+    got = call(
+        "image.ssao", device, image=white(depth, device), camera=camera, radius=radius, thickness=100.0,
+        sampling="every_pixel",
+    ).occlusion.color[..., 0]  # fmt: skip
+    from_bottom = towards * depth[..., None] - bottom
+    along = np.abs(from_bottom @ aside) * np.sqrt(2)
+    expected = forms.cap_share(along, radius) / 2
+    pixel = (across[0, 1] - across[0, 0]) * 36.0
+    inner = (slice(16, 24), slice(34, 52))
+    assert (along[inner] < radius).mean() > 0.5
+    # Half a pixel of s at most, as above, and in the mean a tenth of it.
+    bound = 0.5 * np.sqrt(2) * pixel * 0.75 / radius
+    assert np.abs(got - expected)[inner].max() <= bound
+    assert abs(float((got - expected)[inner].mean())) <= 0.1 * bound

@@ -14,7 +14,18 @@ from nodegraph.data import Camera, Image, TransferFunction, Volume
 from nodegraph.data.space import centred
 from tests.support import closed_forms as forms
 from tests.support.calls import call
-from tests.support.integrators import INTEGRATORS, cut_error, each, jump_error, line_error, params, rounding, row
+from tests.support.cell_twin import integrate
+from tests.support.integrators import (
+    INTEGRATORS,
+    TOLERANCE,
+    cut_error,
+    each,
+    jump_error,
+    line_error,
+    params,
+    rounding,
+    row,
+)
 
 # No whole number of any step from the volume, so that the first and the last segment of each ray are cut.
 FLAT = Camera(eye=(0.3, -150.37, 0.2), target=(0.3, 0, 0.2), projection="orthographic", height=3.0)
@@ -149,6 +160,68 @@ def test_a_colour_that_changes_within_the_slab(device, integrator, step, back):
         bound += row(integrator, n - 1.0) ** 2 / 8 * extinction * np.abs(last - first).max()
     assert np.abs(color[..., :3] - expected).max() <= bound
     assert np.abs(color[..., 3] + math.expm1(-extinction * n)).max() <= rounding(device)
+
+
+MEAN_PLACE = {
+    "midpoint": lambda e, h: e * h**2 / 12,
+    "trapezoid": lambda e, h: e * h**2 / 6,
+    "gauss2": lambda e, h: e**3 * h**4 / 1080,
+    "gauss3": lambda e, h: e**5 * h**6 / 336000,
+    "cellwise": lambda e, h: e**5 / 336000,  # three points in each voxel
+    "preintegrated": lambda e, h: e**2 * h**3 / 81,
+}
+
+
+@each
+def test_the_order_of_colour_where_nothing_has_a_kink(device, integrator):
+    """Constant extinction e and a colour a + b t: a segment shows its colour at the mean place m of what is hidden in
+    it, m = 1 / e - h / (exp(e h) - 1) = h/2 - e h^2 / 12 + e^3 h^4 / 720 - e^5 h^6 / 30240 ..., so the error is b
+    times that of m. A rule takes m = sum w_i t_i exp(-e t_i) / sum w_i exp(-e t_i): the middle h/2; of both ends
+    h/2 - e h^2 / 4; of two points q = h / sqrt(12) off the middle h/2 - q tanh(e q) = h/2 - e h^2 / 12 + e^3 h^4
+    / 432; of three, to e^5 h^6 / 336000. A table over pairs holds m for a whole step, and errs only in segments
+    that are cut: by e s (h - s) / 12 over e s, at most e^2 h^3 / 81 each. Rays are cut within the outermost voxel
+    centres.
+    """
+    n, extinction, step = 16, 0.5, 1.3
+    first, last = np.array([0.9, 0.1, 0.5]), np.array([0.2, 0.8, 0.5])
+    function = ramp(extinction, n - 1.0, tuple(first), tuple(last), floor=extinction)
+    # Voxel centres lie at -7.5 .. 7.5 mm.
+    low, high = -7.0, 6.9
+    interval = np.broadcast_to(np.array([low, high]) + 20.37, (*SIZE[::-1], 2)).astype(device.real)
+    near = FLAT.with_(eye=(0.3, -20.37, 0.2))  # intervals are widened by a millionth of their distance
+    color = cast(device, along_y(np.arange(n)), function, integrator, step, near, interval=Image(interval.copy())).color
+    slope = (last - first) / (n - 1)
+    expected = forms.ramp_of_colour(extinction, high - low, first + slope * (low + 7.5), first + slope * (high + 7.5))
+    b = np.abs(slope).max()
+    bound = b * MEAN_PLACE[integrator](extinction, step) if integrator in MEAN_PLACE else TOLERANCE
+    bound += cut_error(integrator, step, b * extinction)
+    widened = 2 * 1e-6 * 28.0 * (b + extinction)
+    assert np.abs(color[..., :3] - expected).max() <= bound + widened + rounding(device)
+
+
+@each
+def test_gauss_points_are_exact_on_the_cubic_of_a_cell(device, integrator):
+    """Inside one cell the value along a slanted ray is a cubic of the distance: n Gauss-Legendre points are exact to
+    the degree 2 n - 1, so two are enough. Other rules err by their bound for lines."""
+    corners = np.array([[[0.1, 0.9], [0.8, 0.0]], [[0.7, 0.2], [0.1, 1.0]]])
+    volume = Volume(corners.astype(device.real), centred((2, 2, 2), (12.0, 11.0, 10.0)))
+    camera = Camera(eye=(60.0, -75.0, 50.0), field_of_view=3.0)
+    size, step, extinction = (5, 4), 0.31, 0.12
+    origins, directions, _ = forms.rays(camera, size)
+    entry, exit = forms.box_interval(origins, directions, [-5.9, -5.4, -4.9], [5.9, 5.4, 4.9])
+    assert (exit > entry).all()
+    interval = Image(np.stack([entry, exit], -1).astype(device.real))
+    function = ramp(extinction, 1.0)
+    color = cast(device, volume, function, integrator, step, camera, size, interval=interval).color
+    to_index = volume.world_to_index
+    h = step * 10.0
+    for o, d, a, b, got in zip(*(v.reshape(20, -1) for v in (origins, directions, entry, exit, color)), strict=True):
+        ray = integrate(volume, function, to_index[:3, :3] @ o + to_index[:3, 3], to_index[:3, :3] @ d, a[0], b[0])
+        bound = 2 * 1e-6 * 115.0 * extinction + rounding(device)
+        if integrator not in ("gauss2", "gauss3"):
+            steepest = extinction / 10.0 * 1.5  # a corner to its neighbour, along three axes at once
+            bound += line_error(integrator, h, ray.variation) + cut_error(integrator, h, steepest)
+        assert abs(got[3] - ray.rgba[3]) <= bound
 
 
 @each
