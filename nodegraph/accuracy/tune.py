@@ -211,7 +211,7 @@ class _Search:
             over, cost = self._rank(start, [0], 1, part)
             if self.limit is not None and over > 0.0 and any(rank[0] == 0.0 and rank[1] < cost for rank, _ in found):
                 continue  # it would have to become more accurate, and is dearer already than what suffices
-            best = descend(start, shown, lambda settings, part=part: self._rank(settings, [0], 1, part))  # type: ignore[misc]
+            best = descend(start, shown, lambda settings, part=part: self._rank(settings, [0], 1, part), rough=True)  # type: ignore[misc]
             found.append((self._rank(best, [0], repeats, part), best))
         found.sort(key=lambda one: one[0])
         return [settings for _, settings in found[:FINALISTS]]

@@ -85,7 +85,7 @@ def test_a_copy_keeps_processors_that_are_in_no_registry_and_what_nobody_knows()
 
 
 def test_a_view_that_does_not_exist_is_one_sentence() -> None:
-    with pytest.raises(CommandError, match="veiw: no such node .did you mean 'view'"):
+    with pytest.raises(CommandError, match=r"veiw: no such node .did you mean 'view'"):
         settings.quality_parameters(slab(), "veiw")
 
 

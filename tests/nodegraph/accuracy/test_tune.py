@@ -98,12 +98,14 @@ def test_views_that_break_the_bound_join_the_search_and_new_ones_are_tried(doubl
 
 
 def test_the_most_accurate_within_a_budget(double) -> None:
-    found = tune(slab(step=0.25), "view", budget_ms=15.0, cameras=1, held_out=1, engine=double, refer=closed)
+    found = tune(
+        slab(step=0.25), "view", budget_ms=200.0, cameras=1, held_out=1, repeats=1, engine=double, refer=closed
+    )
     assert found.met
-    # The exact rule takes 20 ms, so it is not allowed; the finer a step, the better.
+    # The exact rule takes 300 ms, so it is not allowed; the finer a step, the better.
     assert "slab.rule" not in found.settings
-    assert found.settings["slab.step"] < 0.02
-    assert found.best.seconds <= 0.015
+    assert found.settings["slab.step"] == LADDER[0]
+    assert found.best.seconds <= MARGIN * 0.2
     assert found.size == (4, 2)
 
 
@@ -141,7 +143,7 @@ def test_another_figure_is_a_bound_on_that(double) -> None:
 def test_numbers_are_tuned_with_a_real_reference(double) -> None:
     net = Network(find)
     net.add(Root, "root", iterations=8)
-    found = tune(net, "root.number", 1e-4, engine=double)
+    found = tune(net, "root.number", 1e-4, repeats=1, engine=double)
     assert found.met
     # Newton from 2: 1.5, 1.41667, 1.414216, ...; three rounds are the first within 0.8e-4, and the ladder has 2 and 4.
     assert found.settings == {"root.iterations": 4}
