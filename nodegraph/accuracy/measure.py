@@ -94,7 +94,7 @@ def measure(
             if not failure:
                 kind = measure_of(value)
                 try:
-                    found = errors(value, values[place].value, values[place].mask, flip=flip)
+                    found = errors(value, values[place].value, _mask_of(values[place]), flip=flip)
                 except GraphError as refused:
                     failure = str(refused)
             image = value if isinstance(value, Image) else None
@@ -306,12 +306,22 @@ def _references(
     return notes, which, found
 
 
+def _mask_of(made: Reference) -> Any:
+    """Where to look; the whole where nothing converged, wrong as the reference may be."""
+    return made.mask if made.mask is not None and made.mask.any() else None
+
+
 def _note_of(settings: Mapping[str, Any], made: Reference) -> ReferenceNote:
     note = ReferenceNote(
-        settings, made.summary(), made.converged, made.difference, made.bound, made.rounds, made.share_left_out,
-        notes=made.notes,
+        settings, made.summary(), made.converged, made.difference, made.bound, made.rounds, notes=made.notes
     )  # fmt: skip
-    return replace(note, image=made.value, mask=made.mask) if isinstance(made.value, Image) else note
+    mask = _mask_of(made)
+    if mask is not None:
+        note = replace(note, left_out=made.share_left_out)
+    elif made.mask is not None:
+        lost = "nothing of the reference converged, so nothing is left out, and the errors are as uncertain as it is"
+        note = replace(note, notes=(*note.notes, lost))
+    return replace(note, image=made.value, mask=mask) if isinstance(made.value, Image) else note
 
 
 def _units(kind: Measure | None, references: Mapping[int, Reference]) -> dict[str, str]:

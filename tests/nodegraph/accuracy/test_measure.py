@@ -322,6 +322,15 @@ def test_masked_pixels_do_not_count() -> None:
     assert not found.references[0].converged
 
 
+def test_where_nothing_converged_the_whole_is_compared_and_that_is_said() -> None:
+    color = np.full((6, 8, 4), 0.5)
+    refer = lambda _: Reference(Image(color), np.zeros((6, 8), bool), 0.3, 9, False, 1e-5)  # noqa: E731
+    found = take(scene(), "render.step=1", refer=refer)
+    assert found.points[0].errors["max"] == pytest.approx(0.01)
+    assert found.references[0].left_out == 0.0
+    assert "nothing of the reference converged" in found.references[0].notes[0]
+
+
 # -- bad input -------------------------------------------------------------------------------------------------------
 
 
