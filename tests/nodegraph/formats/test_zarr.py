@@ -1,4 +1,4 @@
-"""OME-Zarr as zarr-python writes it, versions 2 and 3 of the container, and as it may be damaged."""
+"""OME-Zarr as ome-zarr and zarr-python write it, versions 2 and 3 of the container, and as it may be damaged."""
 
 import json
 import os
@@ -10,6 +10,7 @@ import zarr
 from nodegraph import formats
 from nodegraph.errors import FormatError
 from nodegraph.fingerprint import file_state
+from tests.nodegraph.formats.expected import FILES, VECTOR
 from tests.support.calls import call
 
 UNITS = {"z": "micrometer", "y": "millimeter", "x": "nanometer"}
@@ -51,6 +52,20 @@ def write(path, stack, version=3, axes=None, levels=None, **changes):
     else:
         group.attrs["ome"] = {"version": "0.5", "multiscales": [scale]}
     return path
+
+
+@pytest.mark.parametrize("version", ["0.4", "0.5"])
+def test_files_of_ome_zarr(version):
+    path = FILES / f"ome_zarr_{version}.ome.zarr"
+    volume = formats.read(path)
+    assert np.array_equal(volume.data, VECTOR)
+    assert volume.dtype == np.int16
+    assert np.allclose(volume.index_to_world, np.diag([0.0005, 0.00125, 0.003, 1.0]))
+    half = formats.read(path, level=1)
+    assert half.dims == (3, 2, 4)
+    # Its voxels lie in the middle of those that they stand for.
+    assert np.allclose(half.index_to_world[:3, 3], (0.00025, 0.0009375, 0.0))
+    assert formats.info(path)["format"] == f"OME-Zarr {version}"
 
 
 @pytest.mark.parametrize("version", [2, 3])

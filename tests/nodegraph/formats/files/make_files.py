@@ -42,3 +42,8 @@ sitk.WriteImage(sitk.GetImageFromArray((np.arange(24).reshape(4, 6) * 2849).asty
 #   convert -size 5x3 gradient:red-blue -type Palette -interlace PNG magick_palette.png
 #   convert -size 5x3 xc:'gray(50%)' -alpha set -channel A -evaluate set 25% -define png:color-type=4 \
 #     magick_grey_alpha.png
+
+# ome_zarr_0.4.ome.zarr, ome_zarr_0.5.ome.zarr: ome-zarr 0.18.0 (zarr 3.1), SCALAR, + 1000, + 2000 as three channels,
+#   axes = [{"name": "c", "type": "channel"}, *({"name": n, "type": "space", "unit": "micrometer"} for n in "zyx")]
+#   write_image(channels, name, fmt=FormatV04() or FormatV05(), axes=axes, scale_factors=[2],
+#               scale={"c": 1.0, "z": 3.0, "y": 1.25, "x": 0.5}, axes_units={n: "micrometer" for n in "zyx"})
