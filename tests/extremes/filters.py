@@ -156,7 +156,14 @@ def offset_gradient(device: Any) -> float:
     return worst(call("filter.gradient", device, volume=far).data[..., :3], SLOPE * 1e-3)
 
 
-@case(GRADIENT, "one voxel, one slice, a constant volume", "0 along axes that have no neighbour", single=0, double=0)
+@case(
+    GRADIENT,
+    "one voxel, one slice, a constant volume",
+    "0 along axes that have no neighbour",
+    single=0,
+    double=0,
+    unit="1/mm",
+)
 def thin_gradient(device: Any) -> float:
     found = [call("filter.gradient", device, volume=ones(dims), method=method).data
              for dims in ((1, 1, 1), (5, 4, 1), (2, 2, 2)) for method in ("central", "forward", "sobel")]  # fmt: skip

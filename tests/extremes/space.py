@@ -25,13 +25,24 @@ def noise(dims: tuple[int, int, int]) -> np.ndarray:
     return np.random.default_rng(11).random(dims[::-1]).astype(np.float32)
 
 
+@cache
+def pictured(volume: Volume, tf: TransferFunction, camera: Camera, size: tuple[int, int], step: float) -> np.ndarray:
+    """The colours of numpy, made once for all devices where the volume is the same object. ``step`` in mm."""
+    return np.asarray(twin.composite(volume, tf, camera, size, step)[0])
+
+
+@cache
+def noisy(dims: tuple[int, int, int], spacing: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Volume:
+    return Volume(noise(dims), centred(dims, spacing))
+
+
 def against_twin(
     volume: Volume, camera: Camera, step: float, device: Any, size: tuple[int, int] = SIZE, **params: Any
 ) -> float:
     """Greatest difference from the ray-caster in numpy, with samples where the law puts them. ``step`` in voxels."""
     least = float(volume.spacing.min())
     tf = params.pop("transfer_function", RAMP)
-    expected, _ = twin.composite(volume, tf, camera, size, step * least)
+    expected = pictured(volume, tf, camera, size, step * least)
     assert expected[..., 3].max() > 0.1, "the scene shows nothing"
     image = render(device, size, volume=volume, camera=camera, transfer_function=tf, step=step, **params)
     return worst(image.color, expected)
@@ -49,8 +60,7 @@ def spacing_error(spacing: tuple[float, float, float], step: float, device: Any,
         height=3.0 * min(spacing),
     )  # fmt: skip
     tf = TransferFunction(RAMP.keys, length / 6)
-    volume = Volume(noise((6, 5, 4)), centred((6, 5, 4), spacing))
-    return against_twin(volume, camera, step, device, transfer_function=tf, **params)
+    return against_twin(noisy((6, 5, 4), spacing), camera, step, device, transfer_function=tf, **params)
 
 
 for spacing, step in (((1.0, 0.02, 20.0), 100.0), ((1.0, 1e-3, 1.0), 200.0), ((1e3, 1.0, 1.0), 50.0)):
@@ -84,7 +94,7 @@ for axis, name in enumerate("xyz"):
 def few_voxels_error(dims: tuple[int, int, int], device: Any, **params: Any) -> float:
     camera = Camera(eye=(3.0, -10.0, 4.0), target=(0, 0, 0), field_of_view=14.0)
     tf = TransferFunction(RAMP.keys, 0.25)
-    return against_twin(Volume(noise(dims)), camera, 0.1, device, transfer_function=tf, **params)
+    return against_twin(noisy(dims), camera, 0.1, device, transfer_function=tf, **params)
 
 
 for dims in ((1, 1, 1), (1, 4, 4), (4, 1, 4), (4, 4, 1), (2, 2, 2)):
@@ -129,6 +139,7 @@ def scene(scale: float = 1.0, offset: Any = (0.0, 0.0, 0.0), lit: bool = False) 
     return values
 
 
+@cache
 def expected(lit: bool, step: float) -> tuple[np.ndarray, np.ndarray]:
     """The picture and its depth in numpy, at the origin of the world and in millimetres."""
     plain = scene(lit=lit)

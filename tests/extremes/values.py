@@ -148,14 +148,18 @@ def stretched(dtype: str, low: float, high: float) -> np.ndarray:
 
 
 def type_error(dtype: str, low: float, high: float, device: Any, **params: Any) -> float:
+    volume = Volume(stretched(dtype, low, high))
+    tf = keyed(float(low), float(high))
+    image = render(device, SIZE, volume=volume, camera=CAMERA, transfer_function=tf, step=0.5, **params)
+    return worst(image.color, of_differences(dtype, low, high))
+
+
+@cache
+def of_differences(dtype: str, low: float, high: float) -> np.ndarray:
     """Numpy gets the values less the least one, which is exact, and a transfer function of these differences."""
-    data = stretched(dtype, low, high)
-    twins = Volume((data.astype(np.longdouble) - low).astype(np.float64))
+    volume = Volume((stretched(dtype, low, high).astype(np.longdouble) - low).astype(np.float64))
     spread = float(np.longdouble(high) - low)
-    expected = twin.composite(twins, keyed(0.0, spread), CAMERA, SIZE, 0.5)[0]
-    image = render(device, SIZE, volume=Volume(data), camera=CAMERA, transfer_function=keyed(float(low), float(high)),
-                   step=0.5, **params)  # fmt: skip
-    return worst(image.color, expected)
+    return np.asarray(twin.composite(volume, keyed(0.0, spread), CAMERA, SIZE, 0.5)[0])
 
 
 def keyed(low: float, high: float) -> TransferFunction:

@@ -10,7 +10,7 @@ import numpy as np
 from nodegraph.data import Camera, Light, TransferFunction, Volume
 from nodegraph.data.space import centred
 from tests.extremes.case import AHEAD, COLOR, PLAIN, case, matter, ones, render, slab, worst
-from tests.extremes.space import PHONG, noise
+from tests.extremes.space import PHONG, noise, noisy, pictured
 from tests.support import raycast_twin as twin
 
 RAYS = "Rays along axes, edges, corners and faces"
@@ -42,19 +42,19 @@ def lattice_error(axis: int, sign: float, device: Any) -> float:
 
     A ray that runs inside the border is kept or refused whole: either is right, and nothing between.
     """
-    volume = Volume(noise((4, 4, 4)))
+    volume = noisy((4, 4, 4))
     away = np.zeros(3)
     away[axis] = -sign * 20.0
     camera = Camera(eye=away, target=(0, 0, 0), up=(0, 1, 0) if axis == 2 else (0, 0, 1), projection="orthographic",
                     height=4.5)  # fmt: skip
-    expected = twin.composite(volume, RAMP, camera, (9, 9), 0.25)[0]
+    expected = pictured(volume, RAMP, camera, (9, 9), 0.25)
     found = render(device, (9, 9), volume=volume, camera=camera, transfer_function=RAMP, step=0.25).color
     if not np.isfinite(found).all():
         return float("inf")
     error = np.abs(found - expected).max(axis=-1)
     border = np.ones((9, 9), bool)
     border[1:-1, 1:-1] = False
-    kept = twin.composite(volume, RAMP, camera.with_(height=4.5 * (1 - 1e-9)), (9, 9), 0.25)[0]
+    kept = pictured(volume, RAMP, camera.with_(height=4.5 * (1 - 1e-9)), (9, 9), 0.25)
     refused = np.abs(found).max(axis=-1)
     error[border] = np.minimum(np.abs(found - kept).max(axis=-1), refused)[border]
     return float(error.max())
