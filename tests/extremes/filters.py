@@ -10,7 +10,7 @@ import numpy as np
 from nodegraph.data import Camera, Mapping, Plane, TransferFunction, Volume
 from nodegraph.data.mesh import box
 from nodegraph.data.space import affine, centred, transform_points
-from tests.extremes.case import case, ones, relative, worst
+from tests.extremes.case import case, matter, ones, relative, render, worst
 from tests.support import raycast_twin as twin
 from tests.support.calls import call
 
@@ -301,3 +301,20 @@ def far_interval(device: Any) -> float:
     camera = Camera(eye=(0, -1e9, 0), target=HERE, projection="orthographic", height=1.0)
     found = call("render.entry_exit_points", device, (3, 3), geometry=box(ones((4, 4, 4)).corners), camera=camera).color
     return relative(found, [1e9 - 2, 1e9 + 2])
+
+
+def seen_through(distance: float, device: Any) -> float:
+    """A picture through the entry and exit points of the whole volume, beside the one without them."""
+    volume = ones((4, 4, 4))
+    angle = float(np.degrees(2 * np.arctan(3.0 / distance)))
+    camera = Camera(eye=np.array([0.3, -1.0, 0.4]) * distance, target=HERE, field_of_view=angle)
+    look = {"volume": volume, "camera": camera, "transfer_function": matter(0.2)}
+    found = call("render.entry_exit_points", device, (6, 5), geometry=box(volume.corners), camera=camera)
+    whole = np.asarray(render(device, (6, 5), **look).color)
+    assert whole[..., 3].max() > 0.1
+    return worst(render(device, (6, 5), interval=found, **look).color, whole)
+
+
+for distance in (1e6, 1e9):
+    case(INTERVAL, f"a ray-caster behind them, {distance:g} mm away", "the picture of the whole volume", single=1e-6,
+         double=1e-9)(partial(seen_through, distance))  # fmt: skip

@@ -162,16 +162,16 @@ def depth_error(scale: float, offset: float, device: Any, **params: Any) -> floa
 
 
 PLACES = (
-    ("a volume 1 m wide", 1000.0 / 12, 0.0, "the same picture"),
-    ("a volume 1 nm wide", 1e-6 / 12, 0.0, "the same picture"),
-    ("1e6 mm from the origin", 1.0, 1e6, "the same picture: rays start near the volume, found in double precision"),
-    ("1e12 mm from the origin", 1.0, 1e12, "the same picture, but for what double precision loses of such a place"),
+    ("a volume 1 m wide", 1000.0 / 12, 0.0, "the picture"),
+    ("a volume 1 nm wide", 1e-6 / 12, 0.0, "the picture"),
+    ("1e6 mm from the origin", 1.0, 1e6, "rays start near the volume, in double precision: the picture"),
+    ("1e12 mm from the origin", 1.0, 1e12, "but for what double precision loses of such a place, the picture"),
 )
 for told, scale, offset, happens in PLACES:
     far = offset > 1e9
     for lit in (False, True):
         case(
-            WORLDS, f"{told}{', lit by a near lamp' if lit else ''}", f"{happens} in numpy at the origin",
+            WORLDS, f"{told}{', lit by a near lamp' if lit else ''}", f"{happens} of the ray-caster in numpy",
             single=2e-3 if far else 1e-3 if lit else 1e-4, double=2e-3 if far else 5e-5, integrators=PLAIN,
         )(partial(world_error, scale, offset, lit))  # fmt: skip
     case(
