@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nodegraph.data.bricks import BRICK, Flags, brick_counts
+from nodegraph.data.bricks import BRICK, FARTHEST, Flags, brick_counts, brick_distances
 from nodegraph.data.buffer import Array
 from nodegraph.data.camera import Camera
 from nodegraph.data.space import transform_points
@@ -67,31 +67,42 @@ def block_at(dims: Voxel, place: Voxel, size: int = BLOCK, reach: int = 1) -> Bl
     return Block(place, _three(low), _three(high), _three(first), _three(stop))
 
 
-def visible_blocks(visible: Flags, dims: Voxel, size: int = BLOCK) -> Flags:
-    """True for the blocks (z, y, x) that hold a visible brick; ``visible`` is that of `bricks.visible_bricks`."""
+def visible_blocks(visible: Flags, dims: Voxel, size: int = BLOCK, span: float = 0.0) -> Flags:
+    """True for the blocks (z, y, x) that hold a visible brick; ``visible`` is that of `bricks.visible_bricks`.
+
+    A block renders the segments of rays whose middle lies in it. ``span``, in voxels, is how far from its middle a
+    segment is looked at: half a step, or 0 for one sample in the middle. Bricks as near as that count as well.
+    """
     if visible.shape != brick_counts(dims)[::-1]:
         expected = brick_counts(dims)[::-1]
         raise PortError(f"blocks: expected bricks {expected} (z, y, x) for a grid of {dims}, got {visible.shape}")
-    found = visible
+    rings = min(math.ceil(span / BRICK), FARTHEST - 1)
+    found = visible if rings == 0 else brick_distances(visible) <= rings
     for axis, count in enumerate(block_counts(dims, size)[::-1]):
         found = np.logical_or.reduceat(found, np.arange(count) * (size // BRICK), axis=axis)
     return found
 
 
 def front_to_back(
-    grid: Grid, camera: Camera, visible: Flags | None = None, size: int = BLOCK, reach: int = 1
+    grid: Grid,
+    camera: Camera,
+    visible: Flags | None = None,
+    size: int = BLOCK,
+    reach: int = 1,
+    span: float = 0.0,
 ) -> Iterator[Block]:
     """The blocks of a grid, so that no ray of the camera enters one before those that lie in front of it.
 
-    ``visible`` are the visible bricks (bz, by, bx); blocks without any are left out. Along a ray each coordinate of
-    index space moves one way only, away from the eye's. So along each axis the blocks are ranked by how many lie
-    between them and the eye's own; no rank falls along a ray, and going by ranks, axis by axis, is a right order for
-    all rays at once. It holds for sheared and mirrored grids, too, since straight lines stay straight. The slowest axis
-    of the data comes first: neighbours are read one after the other while the chunks that they share are still kept.
+    ``visible`` are the visible bricks (bz, by, bx); blocks without any, see `visible_blocks`, are left out. Along a ray
+    each coordinate of index space moves one way only, away from the eye's. So along each axis the blocks are ranked by
+    how many lie between them and the eye's own; no rank falls along a ray, and going by ranks, axis by axis, is a right
+    order for all rays at once. It holds for sheared and mirrored grids, too, since straight lines stay straight.
+    The slowest axis of the data comes first: neighbours are read one after the other, while the chunks that they share
+    are still kept.
     """
     counts = block_counts(grid.dims, size)
     ranked = [_ranked(n, eye, way, size) for n, eye, way in zip(counts, *_eye_and_way(grid, camera), strict=True)]
-    wanted = None if visible is None else visible_blocks(visible, grid.dims, size)
+    wanted = None if visible is None else visible_blocks(visible, grid.dims, size, span)
     for z in ranked[2]:
         for y in ranked[1]:
             for x in ranked[0]:
@@ -99,21 +110,25 @@ def front_to_back(
                     yield block_at(grid.dims, (x, y, z), size, reach)
 
 
-def pixels_of(block: Block, grid: Grid, camera: Camera, size: tuple[int, int]) -> Pixels | None:
+def pixels_of(block: Block, grid: Grid, camera: Camera, size: tuple[int, int], margin: float = 0.0) -> Pixels | None:
     """The pixels (left, top, right, bottom), ends left out, whose rays may pass through a block; None for no pixel.
 
-    All of them where the block reaches behind a perspective eye, for then its corners do not bound its image.
+    ``margin``, in voxels, makes the block larger on all sides: half a step, for the segments whose middle lies in a
+    block may reach, and where a ray enters the volume lie, so far outside.
+    All pixels where the block reaches behind a perspective eye, for then its corners do not bound its image.
     """
     width, height = size
-    corners = np.array([[(block.low, block.high)[i >> axis & 1][axis] for axis in range(3)] for i in range(8)])
+    ends = np.array(block.low) - margin, np.array(block.high) + margin
+    corners = np.array([[ends[i >> axis & 1][axis] for axis in range(3)] for i in range(8)])
     from_eye = transform_points(grid.index_to_world, corners) - np.asarray(camera.eye)
     right, up, forward = (from_eye @ axis for axis in camera.basis)
     if camera.orthographic:
         half = camera.height / 2
     else:
-        if forward.max() <= 0.0:
+        rounding = 1e-6 * np.abs(from_eye).max()
+        if forward.max() < -rounding:
             return None
-        if forward.min() <= 1e-6 * np.abs(from_eye).max():
+        if forward.min() <= rounding:
             return 0, 0, width, height
         half = math.tan(math.radians(camera.field_of_view) / 2)
         right, up = right / forward, up / forward

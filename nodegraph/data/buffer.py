@@ -87,10 +87,13 @@ class Buffer:
 
     def part(self, low: Sequence[int], high: Sequence[int]) -> Array:
         """The data at low <= index < high along the first axes, read-only: a view, or what is read for it."""
+        return self._part(low, high, keep=True)
+
+    def _part(self, low: Sequence[int], high: Sequence[int], keep: bool) -> Array:
         if self._chunked is None or self._array is not None:
             return self.array[tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))]
         rest = self.shape[len(low) :]
-        return _frozen(self._chunked.block((*low, *(0 for _ in rest)), (*high, *rest)))
+        return _frozen(self._chunked.block((*low, *(0 for _ in rest)), (*high, *rest), keep))
 
     def component(self, index: int) -> Buffer:
         """One number of the last axis, for all places; nothing is read for it."""
@@ -98,15 +101,20 @@ class Buffer:
             return Buffer(self.array[..., index])
         return Buffer.in_chunks(self._chunked.component(index))
 
-    def slabs(self) -> Iterator[tuple[int, Array]]:
-        """Yield (first index, data) along the first axis: about 4 MB each, or as much as a layer of chunks holds."""
+    def slabs(self, multiple: int = 1) -> Iterator[tuple[int, Array]]:
+        """Yield (first index, data) along the first axis: about 4 MB each, or as much as a layer of chunks holds.
+
+        Slabs of an array are a ``multiple`` of that many indices deep, those of chunks as the chunks are.
+        """
         count = self.shape[0]
         step = max(1, SLAB_BYTES // max(1, self.nbytes // max(1, count)))
         if self._chunked is not None:
             depth = self._chunked.chunks[0]
             step = max(1, step // depth) * depth
+        else:
+            step = max(1, step // multiple) * multiple
         for first in range(0, count, step):
-            yield first, self.part((first,), (min(first + step, count),))
+            yield first, self._part((first,), (min(first + step, count),), keep=False)
 
     @property
     def on_host(self) -> bool:

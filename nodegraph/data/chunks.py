@@ -94,14 +94,17 @@ class ChunkedArray:
             )
         return self._checked(tuple(slice(0, n) for n in self.shape))
 
-    def block(self, low: Sequence[int], high: Sequence[int]) -> Array:
-        """The numbers at low <= index < high, one pair for each axis, within the shape."""
+    def block(self, low: Sequence[int], high: Sequence[int], keep: bool = True) -> Array:
+        """The numbers at low <= index < high, one pair for each axis, within the shape.
+
+        ``keep=False`` is for a pass over the whole array, which would push out what others come back to.
+        """
         box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
         firsts = [s.start // c for s, c in zip(box, self.chunks, strict=True)]
         ends = [-(-s.stop // c) for s, c in zip(box, self.chunks, strict=True)]
         touched = math.prod((b - a) * c for a, b, c in zip(firsts, ends, self.chunks, strict=True))
-        if touched * self.dtype.itemsize > self.kept_bytes // 2:
-            return self._checked(box)  # it would push out all that is kept
+        if not keep or touched * self.dtype.itemsize > self.kept_bytes // 2:
+            return self._checked(box)
         out = np.empty([s.stop - s.start for s in box], self.dtype)
         for key, chunk in self._chunks([range(a, b) for a, b in zip(firsts, ends, strict=True)]):
             starts = [k * c for k, c in zip(key, self.chunks, strict=True)]
