@@ -37,6 +37,7 @@ def plot_fronts(comparisons: Sequence[Comparison], path: Path) -> None:
             bars = [found.bars[kind, p.settings["step"]] for p in points]
             panel.plot([p.seconds * 1e3 for p in points], bars, "s--", ms=4, color=COLORS[kind], label=NAMES[kind])
         panel.set(xscale="log", yscale="log", title=found.scene.name, xlabel="ms a frame", ylabel="RMSE, linear RGB")
+        _plain(panel.xaxis)
         panel.grid(alpha=0.3, which="both")
     panels[0].legend(fontsize=8)
     _save(figure, path)
@@ -61,7 +62,10 @@ def plot_costs(costs: Sequence[Cost], path: Path) -> None:
         panels[2 * i].set(title=f"{name}, {usual} x {usual} pixels", xlabel="voxels a side")
         panels[2 * i + 1].set(title=f"{name}, {side}^3 voxels", xlabel="pixels a side")
     for panel in panels:
-        panel.set(xscale="log", yscale="log", ylabel="ms a frame")
+        panel.set_xscale("log", base=2)
+        panel.set(yscale="log", ylabel="ms a frame")
+        _plain(panel.xaxis)
+        _plain(panel.yaxis)
         panel.grid(alpha=0.3, which="both")
     panels[0].legend(fontsize=8)
     _save(figure, path)
@@ -96,6 +100,14 @@ def _panels(count: int) -> tuple[Any, list[Any]]:
     rows = (count + 1) // 2
     figure, grid = pyplot.subplots(rows, 2, figsize=(10, 3.6 * rows), squeeze=False, layout="constrained")
     return figure, list(grid.flat)[:count]
+
+
+def _plain(axis: Any) -> None:
+    """Plain numbers at the main ticks, none between them."""
+    from matplotlib.ticker import FormatStrFormatter, NullFormatter
+
+    axis.set_major_formatter(FormatStrFormatter("%g"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _save(figure: Any, path: Path) -> None:
