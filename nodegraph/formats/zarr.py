@@ -18,6 +18,7 @@ import numpy as np
 from nodegraph.data import Buffer, Volume
 from nodegraph.data.buffer import Array
 from nodegraph.data.chunks import ROOM_SHARE, ChunkedArray, free_bytes
+from nodegraph.data.space import centred
 from nodegraph.errors import FormatError, near_miss
 from nodegraph.formats import raw
 
@@ -125,7 +126,10 @@ def _open(path: Path, level: int) -> Image:
         raise FormatError(f"no Zarr array or group can be opened here: {error}", file=str(path)) from None
     if isinstance(node, zarr.Array):
         _require_level(path, level, ("",))
-        return _describe(path, node, {}, [], ("",), f"Zarr {node.metadata.zarr_format}")
+        image = _describe(path, node, {}, [], ("",), f"Zarr {node.metadata.zarr_format}")
+        # It says nothing of its place: it lies where an array of numpy's lies, about the origin.
+        dims = [1 if axis is None else node.shape[axis] for axis in image.space]
+        return image._replace(index_to_world=centred(dims))
     attributes: dict[str, Any] = dict(node.attrs)
     ome = attributes.get("ome", attributes)
     scales = ome.get("multiscales") if isinstance(ome, Mapping) else None

@@ -8,6 +8,8 @@ import pytest
 import zarr
 
 from nodegraph import formats
+from nodegraph.cli import main
+from nodegraph.data import Camera, TransferFunction
 from nodegraph.errors import FormatError
 from nodegraph.fingerprint import file_state
 from tests.nodegraph.formats.expected import FILES, VECTOR
@@ -147,6 +149,32 @@ def test_axes_may_stand_in_any_order_and_point_anywhere(tmp_path, stack):
     assert np.array_equal(volume.data, data.transpose(1, 2, 0))
     assert np.array_equal(volume.part((1, 2, 3), (4, 5, 7)).data, data.transpose(1, 2, 0)[3:7, 2:5, 1:4])
     assert np.allclose(volume.index_to_world[:3], [[-2, 0, 0, -10], [0, 4, 0, 30], [0, 0, 3, 20]])
+
+
+def test_a_network_shows_a_file_in_chunks_as_it_shows_an_array(tmp_path, device):
+    """A processor that knows nothing of chunks gets the whole; what was read can be let go, the picture stays."""
+    data = np.random.default_rng(4).integers(0, 200, (12, 14, 16)).astype(np.int16)
+    np.save(tmp_path / "field.npy", data)
+    zarr.create_array(tmp_path / "field.zarr", data=data, chunks=(5, 6, 7))
+    pictures = []
+    for name in ("field.npy", "field.zarr"):
+        volume = call("source.volume", path=str(tmp_path / name))
+        smooth = call("filter.gaussian_blur", volume=volume, sigma=1.0)
+        keys = [(0.0, (1.0, 0.5, 0.2), 0.0), (200.0, (1.0, 1.0, 1.0), 0.3)]
+        settings = {"transfer_function": TransferFunction(keys), "camera": Camera((0, -60, 0))}
+        image = call("render.raycast", device, size=(24, 20), volume=volume, **settings)
+        pictures.append((smooth.data, image.color))
+        volume.buffer.release()
+        assert np.array_equal(volume.data, data)
+    assert pictures[0][1].any()
+    assert np.array_equal(pictures[0][0], pictures[1][0])
+    assert np.array_equal(pictures[0][1], pictures[1][1])
+
+
+def test_the_command_line_tells_of_a_folder(tmp_path, stack, capsys):
+    path = write(tmp_path / "cells.zarr", stack)
+    assert main(["info", str(path)]) == 0
+    assert "OME-Zarr 0.5" in capsys.readouterr().out
 
 
 def test_a_folder_has_a_state_that_follows_its_metadata(tmp_path, stack):
