@@ -1,6 +1,6 @@
 """Bricks: what is where in a volume, coarsely, so that a renderer need not look where nothing can be seen.
 
-A brick is 8 x 8 x 8 cells. Brick b of an axis covers the cells 8 b .. 8 b + 7, that is voxels 8 b .. 8 b + 8: one
+A brick is 4 x 4 x 4 cells. Brick b of an axis covers the cells 4 b .. 4 b + 3, that is voxels 4 b .. 4 b + 4: one
 plane of voxels is shared with the next brick, so that whatever is interpolated inside a brick comes from its own
 voxels. The first and the last brick reach to the outer faces of the volume (-1/2 and n - 1/2), where the value of the
 outermost voxels goes on.
@@ -26,7 +26,7 @@ from nodegraph.data.transfer_function import TransferFunction
 from nodegraph.data.volume import Volume
 from nodegraph.errors import PortError
 
-BRICK = 8
+BRICK = 4
 """Cells along each edge of a brick."""
 
 FARTHEST = 255
@@ -42,7 +42,7 @@ Flags = NDArray[np.bool_]
 
 
 def brick_counts(dims: tuple[int, int, int]) -> tuple[int, int, int]:
-    """Number of bricks (x, y, z) of a grid of ``dims`` voxels (x, y, z): ceil((n - 1) / 8), at least 1."""
+    """Number of bricks (x, y, z) of a grid of ``dims`` voxels (x, y, z): ceil((n - 1) / 4), at least 1."""
     x, y, z = (max(1, -(-(n - 1) // BRICK)) for n in dims)
     return x, y, z
 

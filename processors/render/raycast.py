@@ -6,16 +6,18 @@ import numpy as np
 
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.data import Image, Mapping, Volume, bricks, preintegration
-from nodegraph.errors import PortError
+from nodegraph.errors import DeviceError, PortError
 from nodegraph.ports import channels, has_components
 
 MODES = ("composite", "maximum", "first_hit", "iso")
 SURFACES = ("composite", "first_hit", "iso")
-INTEGRATORS = ("midpoint", "trapezoid", "preintegrated", "gauss2", "gauss3", "cellwise", "adaptive")
+INTEGRATORS = ("midpoint", "trapezoid", "preintegrated", "gauss2", "gauss3", "adaptive", "cellwise")
 KERNELS = {
     "composite": "render/raycast", "cellwise": "render/raycast_cellwise", "adaptive": "render/raycast_adaptive",
     "first_hit": "render/raycast_surface", "iso": "render/raycast_surface", "maximum": "render/raycast_maximum",
 }  # fmt: skip
+UNBOUNDED = (KERNELS["cellwise"], KERNELS["adaptive"])
+"""Kernels whose turns of loops are not known beforehand; where a ray was not cast to its end they return NaN."""
 MOSTLY_VISIBLE = 0.95
 """Where more of the bricks can be seen than that, asking for the others costs more than they do."""
 
@@ -71,12 +73,12 @@ class Raycast(Processor):
         doc="Colour and extinction by value.",
     )
     integrator = Choice(
-        *INTEGRATORS, visible_if={"mode": "composite"}, quality=INTEGRATORS[:6], reference="cellwise",
+        *INTEGRATORS, visible_if={"mode": "composite"}, quality=INTEGRATORS, reference="cellwise",
         doc="What is made of each segment of a ray.",
     )  # fmt: skip
     step = Float(
         0.5, min=1e-3, max=1e3, soft_min=0.1, soft_max=4.0, unit="voxel", quality="lower",
-        visible_if={"integrator": (*INTEGRATORS[:5], "adaptive")},
+        visible_if={"integrator": INTEGRATORS[:6]},
         doc="Length of the segments, in units of the least voxel spacing.",
     )  # fmt: skip
     order = Int(
@@ -102,7 +104,7 @@ class Raycast(Processor):
         0.999, min=0.5, max=1.0, quality="higher", reference=1.0, visible_if={"mode": "composite"},
         doc="A ray ends when it has hidden this much; the error is at most 1 - termination. 1 casts all of it.",
     )  # fmt: skip
-    skip = Bool(True, doc="Leave out what cannot be seen, by bricks of 8 voxels. It changes nothing but the time.")
+    skip = Bool(True, doc="Leave out what cannot be seen, by bricks of 4 voxels. It changes nothing but the time.")
     gradients = Choice(
         "automatic", "on_the_fly", "precomputed", visible_if={"lit": True, "mode": SURFACES},
         doc="Whether differences of voxels are taken at each sample, or once for all of them. It changes nothing but "
@@ -152,7 +154,7 @@ class Raycast(Processor):
         }
         defines = {"INTERVAL": interval is not None}
         if interval is not None:
-            bindings |= {"interval": interval}
+            bindings |= {"interval": interval, "rounding": 8.0 * float(np.finfo(device.real).eps)}
         lit = lit and mode in SURFACES
         if lit:
             material = {"ambient": ambient, "diffuse": diffuse, "specular": specular, "shininess": shininess}
@@ -199,8 +201,7 @@ class Raycast(Processor):
             bindings |= {"iso_value": iso_value - level, "iso_color": iso_color}
         if kernel == "render/raycast_surface":
             defines |= {"ISO": mode == "iso"}
-        if mode != "iso":
-            defines |= {"FINITE": volume.dtype.kind in "iu"}
+        defines |= {"FINITE": volume.dtype.kind in "iu"}
 
         if skip:
             ranges = memo(value_ranges, volume)
@@ -214,16 +215,23 @@ class Raycast(Processor):
                 found = memo(leaps, ranges, function, what, rows, least, level)
                 if found is None:
                     explain("bricks are not asked for: nearly all of them can be seen")
+                    if kernel == KERNELS["composite"]:
+                        defines |= {"DENSE": lit}
                 else:
                     bindings |= {"bricks": found}
                     defines |= {"SKIP": True}
 
         # What a ray costs is its samples; a few hundred are nothing out of the ordinary.
         samples = float(np.linalg.norm(volume.corners[7] - volume.corners[0])) / step_length
-        # A lit sample takes up to four turns of loops, as some drivers count (branches are printed as loops).
-        turns = samples * (4 if lit and mode == "composite" else 1) + 100
+        # How many turns of loops a ray may take at most, as some drivers count (branches are printed as loops).
+        turns = samples * (4 if lit and mode == "composite" else 2) + 100
         work = max(samples / 500.0, 0.1)
         result = device.run(kernel, size, defines=defines, work=work, turns=turns, **bindings)
+        if kernel in UNBOUNDED and "turns" in device.limits and np.isnan(result.color.array).any():
+            raise DeviceError(
+                f"{integrator}: this driver ends loops after {device.limits['turns']} turns, which is too early for some "
+                "rays; use a greater step or tolerance, another integrator, or --device cl"
+            )
         return Image(result.color, result.depth)
 
 
@@ -234,9 +242,11 @@ def _tabulated(function, rows, level):
 
 def _exactly(function, level):
     """The transfer function as its keys: (n, 4) colour and extinction, and (n, 1) values less ``level``."""
+    if not function.keys:
+        return {"keys": np.zeros((1, 4)), "places": np.zeros((1, 4))}
     colors = np.array([[*key.color, float(function.extinction(key.opacity))] for key in function.keys])
     values = np.array([[key.value - level, 0.0, 0.0, 0.0] for key in function.keys])
-    return {"keys": colors.reshape(-1, 4), "places": values.reshape(-1, 4)}
+    return {"keys": colors, "places": values}
 
 
 def _gauss(order):

@@ -1,59 +1,56 @@
 // Leaping over what cannot be seen, by whole segments of a ray: no sample that is made moves.
 //
-// The volume is cut into bricks of 8^3 cells (see nodegraph/data/bricks.py). `bricks` holds, for one that cannot be
-// seen, the Chebyshev distance in bricks to the nearest that can be; for one that can be, minus the distance to the
-// nearest that cannot. So all bricks nearer than that are of the same kind, and a ray may go through them unasked.
+// The volume is cut into bricks of 4^3 cells (see nodegraph/data/bricks.py). `bricks` holds, for one that cannot be
+// seen, the Chebyshev distance in bricks to the nearest that can be: all bricks nearer than that are left out at once.
+// For one that can be seen it holds nothing above zero.
 // Source: Schlosser 2009, C06 (visibility by value range).
 
-const float BRICK = 8.0;        // cells along an edge
-const float BEYOND = 1.0e9;     // voxels: the outermost bricks reach as far as the edge repeats
-const float SLACK = 1.0e-3;     // voxels by which a brick is taken for smaller, for the rounding of positions
+const float BRICK = 4.0;        // cells along an edge
+const float SLACK = 1.0e-3;     // bricks by which a cube is taken for smaller, for the rounding of positions
 
-struct Run {
-    float first;
-    float stop;         // the run is the segments from first to stop - 1
+// A ray in units of bricks and segments: segment k begins at origin + k * along.
+struct Leaper {
+    vec3 origin;
+    vec3 along;
+    vec3 per_brick;     // segments for each brick of each axis, with its sign
+    vec3 forward;       // 1 where the ray goes up the axis, else 0
 };
 
-// 1 / direction that can be multiplied by: no infinity where the ray does not move along an axis.
-vec3 inverse_of(vec3 direction) {
+// 1 / v that can be multiplied by: no infinity where the ray does not move along an axis.
+vec3 inverse_of(vec3 v) {
     vec3 least = vec3(1.0e-30);
-    return 1.0 / mix(direction, least, lessThan(abs(direction), least));
+    return 1.0 / mix(v, least, lessThan(abs(v), least));
 }
 
-// Where the ray leaves the cube of bricks less than `reach` bricks from brick b, mm.
-float leave_cube(vec3 origin, vec3 per_unit, vec3 b, float reach, vec3 last) {
-    vec3 low = (b - (reach - 1.0)) * BRICK + SLACK;
-    vec3 high = (b + reach) * BRICK - SLACK;
-    low = mix(low, vec3(-BEYOND), lessThanEqual(b - (reach - 1.0), vec3(0.0)));
-    high = mix(high, vec3(BEYOND), greaterThan(b + reach, last));
-    vec3 exits = (mix(low, high, greaterThan(per_unit, vec3(0.0))) - origin) * per_unit;
-    return min(exits.x, min(exits.y, exits.z));
+Leaper leaper_of(vec3 origin, vec3 direction, float step_length) {
+    Leaper leaper;
+    leaper.origin = origin / BRICK;
+    leaper.along = direction * (step_length / BRICK);
+    leaper.per_brick = inverse_of(leaper.along);
+    leaper.forward = mix(vec3(0.0), vec3(1.0), greaterThan(leaper.per_brick, vec3(0.0)));
+    return leaper;
 }
 
-// The first run of segments from `next` on, and before `end`, that may be seen; an empty one at `end` if there is none.
-// All of them must lie inside the volume.
-Run next_run(field3 bricks, vec3 origin, vec3 direction, vec3 per_unit, float step_length, float next, float end) {
-    vec3 last = vec3(size3(bricks)) - 1.0;
-    Run run = Run(next, end);
-    bool searching = true;
+// How many segments from the beginning of segment k on lie, as a whole, in the cube of bricks nearer than `reach` to its own.
+// Beyond the outermost bricks, where the edge of the volume repeats, they go on.
+float segments_within(Leaper leaper, float k, vec3 brick, float reach) {
+    vec3 side = brick + 0.5 + (2.0 * leaper.forward - 1.0) * (reach - 0.5 - SLACK);
+    vec3 exits = (side - leaper.origin - k * leaper.along) * leaper.per_brick;
+    return floor(min(exits.x, min(exits.y, exits.z)));
+}
+
+// The first segment from k on, and before `end`, that may be seen; `end` if there is none. All must lie inside the volume.
+float leap(field3 bricks, Leaper leaper, float k, float end) {
+    float here = k;
+    bool searching = here < end;
     while (searching) {
-        vec3 p = origin + direction * (run.first * step_length);
-        vec3 b = clamp(floor(p / BRICK), vec3(0.0), last);
-        float distance_to = fetch3(bricks, ivec3(b));
-        float leave = leave_cube(origin, per_unit, b, abs(distance_to), last);
-        float stop = min(floor(leave / step_length), end);
-        if (!(stop > run.first)) {
-            // The brick ends within this segment.
-            run.stop = run.first + 1.0;
-            searching = false;
-        } else if (distance_to > 0.0) {
-            run.first = stop;
-            run.stop = stop;
-            searching = stop < end;
-        } else {
-            run.stop = stop;
-            searching = false;
-        }
+        vec3 brick = floor(leaper.origin + here * leaper.along);
+        float away = fetch3(bricks, ivec3(brick));
+        // Segments end where bricks do not: the one in which the cube ends is looked at.
+        float next = here + segments_within(leaper, here, brick, away);
+        searching = away > 0.0 && next > here;
+        here = searching ? min(next, end) : here;
+        searching = searching && here < end;
     }
-    return run;
+    return here;
 }

@@ -18,16 +18,22 @@ uniform Material material;
 uniform mat3 to_eye;                // takes gradients, in the space that they are in, to eye space
 #endif
 
+#if LIT
+// Gradient at a point of the ray, in eye space, of any length.
+vec3 slope_at(Ray ray, float t) {
+#if GRADIENT
+    return transform(to_eye, sample3v(gradient, point_at(ray, t)).xyz);
+#else
+    return transform(to_eye, gradient_central(volume, point_at(ray, t)));
+#endif
+}
+#endif
+
 // Colour of a point of the ray after illumination.
 vec3 shade(vec3 color, Ray ray, float t) {
 #if LIT
-    vec3 p = point_at(ray, t);
-#if GRADIENT
-    vec3 slope = transform(to_eye, sample3v(gradient, p).xyz);
-#else
-    vec3 slope = transform(to_eye, gradient_central(volume, p));
-#endif
-    return shade_phong(color, slope, ray.eye_origin + ray.eye_direction * t, ray.eye_direction, light, material);
+    vec3 point = ray.eye_origin + ray.eye_direction * t;
+    return shade_phong(color, slope_at(ray, t), point, ray.eye_direction, light, material);
 #else
     return color;
 #endif

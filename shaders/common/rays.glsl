@@ -16,6 +16,7 @@ uniform Camera camera;              // in the index space of the volume
 uniform float step_length;          // mm
 #if INTERVAL
 field2 interval;
+uniform float rounding;     // relative, of the distances in it
 #endif
 struct Result {
     vec4 color;     // linear, premultiplied
@@ -34,8 +35,8 @@ vec2 visible_range(Ray ray, ivec2 at) {
     if (any(isnan(seen))) {
         return vec2(0.0);
     }
-    // Widened by the rounding of single precision, so that a proxy that fills the volume ends where the volume does.
-    range = max(seen, 0.0) * vec2(1.0 - 1.0e-6, 1.0 + 1.0e-6) - ray.start;
+    // Widened by the rounding of the device, so that a proxy that fills the volume ends where the volume does.
+    range = max(seen, 0.0) * vec2(1.0 - rounding, 1.0 + rounding) - ray.start;
 #endif
     return intersect_box(ray.origin, ray.direction, vec3(-0.5), vec3(size3(volume)) - 0.5, range);
 }

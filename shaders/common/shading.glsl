@@ -18,20 +18,18 @@ struct Material {
 // viewer is lit. Where the gradient vanishes there is no surface, so nothing is reflected towards anybody in
 // particular: ambient and diffuse light only.
 vec3 shade_phong(vec3 color, vec3 gradient, vec3 point, vec3 view, Light light, Material material) {
+    // Without branches, of which devices that run many pixels in step would take both sides anyway.
     vec3 to_light = light.directional ? light.position : normalize(light.position - point);
-    vec3 normal = normalize(gradient);
-    if (dot(normal, normal) == 0.0 || any(isnan(normal))) {
-        return color * (material.ambient + material.diffuse * light.color);
-    }
-    if (dot(normal, view) > 0.0) {
-        normal = -normal;
-    }
-    float cosine = dot(normal, to_light);
-    vec3 result = color * material.ambient;
-    if (cosine > 0.0) {
-        vec3 mirrored = 2.0 * cosine * normal - to_light;
-        float gloss = max(-dot(mirrored, view), 0.0);
-        result += light.color * (material.diffuse * cosine * color + material.specular * pow(gloss, material.shininess));
-    }
-    return result;
+    vec3 size = abs(gradient);
+    float largest = max(size.x, max(size.y, size.z));
+    vec3 scaled = gradient / largest;       // its square neither overflows nor vanishes
+    vec3 normal = scaled * inversesqrt(dot(scaled, scaled));
+    normal = dot(normal, view) > 0.0 ? -normal : normal;
+    float cosine = max(dot(normal, to_light), 0.0);
+    vec3 mirrored = 2.0 * cosine * normal - to_light;
+    float gloss = cosine > 0.0 ? pow(max(-dot(mirrored, view), 0.0), material.shininess) : 0.0;
+    vec3 lit = color * material.ambient + light.color * (material.diffuse * cosine * color + material.specular * gloss);
+    vec3 flat_lit = color * (material.ambient + material.diffuse * light.color);
+    bool surface = largest > 0.0 && !isinf(largest) && !any(isnan(normal));
+    return surface ? lit : flat_lit;
 }

@@ -10,7 +10,10 @@
 #define TERMINATION 0   // 1: a ray ends when its opacity reaches `termination`
 #endif
 #ifndef SKIP
-#define SKIP 0          // 1: runs of segments that cannot be seen are left out
+#define SKIP 0          // 1: segments that cannot be seen are left out
+#endif
+#ifndef DENSE
+#define DENSE 0         // 1: nearly all can be seen, so light falls on all segments without a question
 #endif
 
 #if INTEGRATOR == 2
@@ -30,9 +33,9 @@ uniform float termination;
 #define ENOUGH 1.0      // nothing can be added to a ray that is hidden wholly
 #endif
 
-// Segments whose sum is made apart before it is laid over the ray: rounding grows with their number and the number of
-// runs, not with the number of samples.
-const float LONGEST_RUN = 128.0;
+// Groups of four segments whose sum is made apart before it is laid over the ray: rounding grows with their number and
+// the number of runs, not with the number of samples.
+const float RUN = 32.0;
 
 struct Segment {
     vec3 color;     // of what is seen of it, before illumination
@@ -43,7 +46,12 @@ struct Segment {
 #if INTEGRATOR == 2
 // Place in the table of a point's value, NaN where the volume has none.
 vec4 end_of_segment(Ray ray, float t) {
-    return vec4(sample3(volume, point_at(ray, t)) * lookup.x + lookup.y);
+    float value = sample3(volume, point_at(ray, t));
+    float place = value * lookup.x + lookup.y;
+#if !FINITE
+    place = is_missing(value) ? uintBitsToFloat(0x7fc00000u) : place;
+#endif
+    return vec4(place);
 }
 #else
 vec4 matter_at(Ray ray, float t) {
@@ -176,6 +184,54 @@ vec3 light_on(Ray ray, float k, float start, float length, vec4 front, Segment p
 }
 #endif
 
+struct Sum {
+    vec3 color;
+    float hidden;
+};
+
+// Lay a segment that comes behind under the sum.
+Sum add(Sum sum, vec3 color, float depth) {
+    float share = (1.0 - sum.hidden) * -expm1(-depth);
+    return Sum(sum.color + share * color, sum.hidden + share);
+}
+
+// Length of the segment that would begin at `start` if nothing cut it. From the whole step, which is exact.
+float length_of(float start, vec2 range) {
+    return max(step_length - max(range.x - start, 0.0) - max(start + step_length - range.y, 0.0), 0.0);
+}
+
+// Four segments in a row, without a question.
+struct Group {
+    vec4 front;
+    vec4 starts;
+    vec4 lengths;
+    Segment one;
+    Segment two;
+    Segment three;
+    Segment four;
+};
+
+Group group_at(Ray ray, float k, float first, float last, vec2 range) {
+    Group group;
+    group.starts = vec4(k, k + 1.0, k + 2.0, k + 3.0) * step_length;
+    group.lengths = vec4(step_length);
+    // The first and the last of the ray are cut, and there is nothing of those behind.
+    bool cut = k == first || k + 3.0 >= last;
+    while (cut) {
+        vec4 starts = group.starts;
+        group.lengths = vec4(
+            length_of(starts.x, range), length_of(starts.y, range), length_of(starts.z, range), length_of(starts.w, range));
+        group.starts = max(starts, range.x);
+        cut = false;
+    }
+    group.front = end_of_segment(ray, group.starts.x);
+    group.one = segment(ray, k, group.starts.x, group.lengths.x, range.y, group.front);
+    group.two = segment(ray, k + 1.0, group.starts.y, group.lengths.y, range.y, group.one.back);
+    group.three = segment(ray, k + 2.0, group.starts.z, group.lengths.z, range.y, group.two.back);
+    group.four = segment(ray, k + 3.0, group.starts.w, group.lengths.w, range.y, group.three.back);
+    return group;
+}
+
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, at);
     Result result;
@@ -187,79 +243,90 @@ Result pixel(ivec2 at) {
     }
     // Segments are counted in floats, which are exact up to 16 million: nothing has to be converted in the loop.
     float first = floor(range.x / step_length);
-    float end = ceil(range.y / step_length);
-    vec3 per_unit = inverse_of(ray.direction);
-
-    vec3 color = vec3(0.0);
-    float hidden = 0.0;
-    // The segment in which `depth_opacity` is passed, and what was hidden before it.
-    vec2 crossing = vec2(-FAR, 0.0);
-    Run run = Run(first, first);
-    while (run.stop < end && hidden < ENOUGH) {
-        // The first and the last segment, which are shorter than the others, are runs of their own.
-        run.first = run.stop;
-        run.stop = run.first + 1.0;
-        float start = max(run.first * step_length, range.x);
-        float length = min(run.stop * step_length, range.y) - start;
-        float ahead = start - run.first * step_length;
-        if (run.first > first && run.stop < end) {
+    float last = ceil(range.y / step_length) - 1.0;
 #if SKIP
-            run = next_run(bricks, ray.origin, ray.direction, per_unit, step_length, run.first, end - 1.0);
-            run.stop = min(run.stop, run.first + LONGEST_RUN);
-#else
-            run.stop = min(run.first + LONGEST_RUN, end - 1.0);
+    Leaper leaper = leaper_of(ray.origin, ray.direction, step_length);
 #endif
-            length = step_length;
-            ahead = 0.0;
-        }
-        // What the run hides and shows by itself, and how much of it settles the ray and its depth.
-        vec3 run_color = vec3(0.0);
-        float run_hidden = 0.0;
-        float rest = 1.0 - hidden;
-        float enough = (ENOUGH - hidden) / rest;
-        float deep = (depth_opacity - hidden) / rest;
+
+    Sum sum = Sum(vec3(0.0), 0.0);
+    // The group in which `depth_opacity` is passed, and what was hidden before it.
+    vec2 crossing = vec2(-FAR, 0.0);
+    float k = first;
+    while (k <= last && sum.hidden < ENOUGH) {
+        Sum run = Sum(vec3(0.0), 0.0);
+        float rest = 1.0 - sum.hidden;
+        float enough = (ENOUGH - sum.hidden) / rest;
+        float deep = (depth_opacity - sum.hidden) / rest;
         vec2 passed = vec2(-FAR, 0.0);
-        float k = run.first;
-        vec4 back = end_of_segment(ray, k * step_length + ahead);
-        while (k < run.stop && run_hidden < enough) {
-            vec4 front = back;
-            Segment part = segment(ray, k, k * step_length + ahead, length, range.y, front);
-            back = part.back;
-            k += 1.0;
-#if LIT
-            // Light is dear. Neighbouring rays, which run in step, first look each for its next visible segment, and
-            // then all light theirs together.
-            while (k < run.stop && !(part.depth > 0.0)) {
-                front = back;
-                part = segment(ray, k, k * step_length + ahead, length, range.y, front);
-                back = part.back;
-                k += 1.0;
-            }
+        float groups = 0.0;
+        while (k <= last && run.hidden < enough && groups < RUN) {
+#if LIT && !DENSE
+            // Light is dear. Neighbouring rays, which run in step, first look each for something visible, and then all
+            // light theirs together.
+            vec4 depths = vec4(0.0);
+            bool searching = true;
+            while (searching) {
+#if SKIP
+                k = leap(bricks, leaper, k, k > first ? last : k);
 #endif
-            if (part.depth > 0.0) {
-                float share = (1.0 - run_hidden) * -expm1(-part.depth);
-#if LIT
-                run_color += share * light_on(ray, k - 1.0, (k - 1.0) * step_length + ahead, length, front, part);
+                Group group = group_at(ray, k, first, last, range);
+                depths = vec4(group.one.depth, group.two.depth, group.three.depth, group.four.depth);
+                k += 4.0;
+                searching = k <= last && !any(greaterThan(depths, vec4(0.0)));
+            }
+            passed = run.hidden <= deep ? vec2(k - 4.0, run.hidden) : passed;
+            float i = depths.x > 0.0 ? 0.0 : depths.y > 0.0 ? 1.0 : depths.z > 0.0 ? 2.0 : depths.w > 0.0 ? 3.0 : 4.0;
+            while (i < 4.0) {
+                float at = k - 4.0 + i;
+                float start = max(at * step_length, range.x);
+                float length = length_of(at * step_length, range);
+                vec4 front = end_of_segment(ray, start);
+                Segment part = segment(ray, at, start, length, range.y, front);
+                run = add(run, light_on(ray, at, start, length, front, part), part.depth);
+                i = i < 1.0 && depths.y > 0.0 ? 1.0 : i < 2.0 && depths.z > 0.0 ? 2.0 : i < 3.0 && depths.w > 0.0 ? 3.0 : 4.0;
+            }
 #else
-                run_color += share * part.color;
+#if SKIP
+            // The first segment may begin within a step before the volume, and the last is looked at always.
+            k = leap(bricks, leaper, k, k > first ? last : k);
 #endif
-                passed = run_hidden <= deep ? vec2(k - 1.0, run_hidden) : passed;
-                run_hidden += share;
-            }
+            Group group = group_at(ray, k, first, last, range);
+            passed = run.hidden <= deep ? vec2(k, run.hidden) : passed;
+#if LIT
+            Group dark = group;
+            group.one.color = light_on(ray, k, dark.starts.x, dark.lengths.x, dark.front, dark.one);
+            group.two.color = light_on(ray, k + 1.0, dark.starts.y, dark.lengths.y, dark.one.back, dark.two);
+            group.three.color = light_on(ray, k + 2.0, dark.starts.z, dark.lengths.z, dark.two.back, dark.three);
+            group.four.color = light_on(ray, k + 3.0, dark.starts.w, dark.lengths.w, dark.three.back, dark.four);
+#endif
+            run = add(run, group.one.color, group.one.depth);
+            run = add(run, group.two.color, group.two.depth);
+            run = add(run, group.three.color, group.three.depth);
+            run = add(run, group.four.color, group.four.depth);
+            k += 4.0;
+#endif
+            groups += 1.0;
         }
-        color += rest * run_color;
-        if (hidden <= depth_opacity && passed.x > -FAR) {
-            crossing = vec2(passed.x, hidden + rest * passed.y);
-        }
-        hidden += rest * run_hidden;
+        crossing = sum.hidden <= depth_opacity ? vec2(passed.x, sum.hidden + rest * passed.y) : crossing;
+        sum.color += rest * run.color;
+        sum.hidden += rest * run.hidden;
     }
-    result.color = vec4(color, hidden);
-    if (hidden >= depth_opacity && crossing.x > -FAR) {
-        float a = max(crossing.x * step_length, range.x);
-        float b = min((crossing.x + 1.0) * step_length, range.y);
-        float depth = segment(ray, crossing.x, a, b - a, range.y, end_of_segment(ray, a)).depth;
-        float share = log((1.0 - crossing.y) / (1.0 - depth_opacity)) / depth;
-        result.depth = (ray.start + mix(a, b, clamp(share, 0.0, 1.0))) * ray.cosine;
+    result.color = vec4(sum.color, sum.hidden);
+    if (sum.hidden >= depth_opacity && sum.hidden > 0.0) {
+        float wanted = log((1.0 - crossing.y) / (1.0 - depth_opacity));
+        float found = FAR;
+        vec4 front = end_of_segment(ray, max(crossing.x * step_length, range.x));
+        for (float i = crossing.x; i < crossing.x + 4.0 && i <= last && found == FAR; i += 1.0) {
+            float start = max(i * step_length, range.x);
+            float length = min((i + 1.0) * step_length, range.y) - start;
+            Segment part = segment(ray, i, start, length, range.y, front);
+            front = part.back;
+            if (part.depth >= wanted * (1.0 - 1.0e-6) && part.depth > 0.0) {
+                found = start + length * clamp(wanted / part.depth, 0.0, 1.0);
+            }
+            wanted -= part.depth;
+        }
+        result.depth = (ray.start + (found < FAR ? found : (crossing.x + 4.0) * step_length)) * ray.cosine;
     }
     return result;
 }

@@ -2,6 +2,7 @@
 // halved until two halves agree with the whole within the tolerance (Orhun 2004, OR-61). What lies between two values is
 // looked up, so that a part on which the value goes evenly needs no halving whatever the transfer function.
 #include "common/illumination.glsl"
+#include "common/classify.glsl"
 #include "common/bricks.glsl"
 
 #ifndef TERMINATION
@@ -9,9 +10,6 @@
 #endif
 #ifndef SKIP
 #define SKIP 0          // 1: runs of segments that cannot be seen are left out
-#endif
-#ifndef FINITE
-#define FINITE 0        // 1: the volume holds integers, so no value has to be tested for being a number
 #endif
 
 field2 table;                       // (front, back) to mean colour and extinction between them
@@ -30,8 +28,14 @@ uniform float termination;
 
 const float FINEST = 256.0;         // parts of a segment
 
+// Place in the table of a point's value, NaN where the volume has none.
 float place_at(Ray ray, float t) {
-    return sample3(volume, point_at(ray, t)) * lookup.x + lookup.y;
+    float value = sample3(volume, point_at(ray, t));
+    float place = value * lookup.x + lookup.y;
+#if !FINITE
+    place = is_missing(value) ? uintBitsToFloat(0x7fc00000u) : place;
+#endif
+    return place;
 }
 
 vec4 between(float front, float back) {
@@ -54,36 +58,35 @@ Result pixel(ivec2 at) {
     }
     float first = floor(range.x / step_length);
     float end = ceil(range.y / step_length);
-    vec3 per_unit = inverse_of(ray.direction);
+#if SKIP
+    Leaper leaper = leaper_of(ray.origin, ray.direction, step_length);
+#endif
     float per_mm = tolerance / (range.y - range.x);
 
     vec3 color = vec3(0.0);
     float hidden = 0.0;
     float found = -FAR;
-    Run run = Run(first, first);
-    while (run.stop < end && hidden < ENOUGH) {
-        run.first = run.stop;
-        run.stop = run.first + 1.0;
-        if (run.first > first && run.stop < end) {
+    float k = first;
+    while (k < end && hidden < ENOUGH) {
 #if SKIP
-            run = next_run(bricks, ray.origin, ray.direction, per_unit, step_length, run.first, end - 1.0);
+        // The first segment may begin within a step before the volume, and the last is looked at always.
+        k = leap(bricks, leaper, k, k > first ? end - 1.0 : k);
+        float stop = min(k + 8.0, end);
 #else
-            run.stop = end - 1.0;
+        float stop = end;
 #endif
-        }
         // Part `index` of `parts` equal ones of segment k.
-        float k = run.first;
         float index = 0.0;
         float parts = 1.0;
         float a = max(k * step_length, range.x);
         float front = place_at(ray, a);
-        while (k < run.stop && hidden < ENOUGH) {
+        while (k < stop && hidden < ENOUGH) {
             float from = max(k * step_length, range.x);
             float length = min((k + 1.0) * step_length, range.y) - from;
             float part = length / parts;
             a = from + index * part;
             float middle = place_at(ray, a + 0.5 * part);
-            float back = place_at(ray, a + part);
+            float back = place_at(ray, index + 1.0 < parts ? a + part : min((k + 1.0) * step_length, range.y));
             vec4 whole = between(front, back);
             vec4 near = between(front, middle);
             vec4 far = between(middle, back);
@@ -127,6 +130,9 @@ Result pixel(ivec2 at) {
         }
     }
     result.color = vec4(color, hidden);
+    if (k < end && hidden < ENOUGH) {
+        result.color = vec4(uintBitsToFloat(0x7fc00000u));  // the driver ended the loop
+    }
     if (found > -FAR) {
         result.depth = (ray.start + found) * ray.cosine;
     }

@@ -34,6 +34,8 @@ uniform float termination;
 #endif
 
 const float NEVER = 3.0e38;
+const float AGREED = 2.0e-7;     // of the colour of the ray
+const float MOST_PARTS = 256.0;
 
 // The value along the ray inside one cell: a cubic in s, -1/2 at the entry and 1/2 at the exit.
 struct Cubic {
@@ -80,8 +82,9 @@ float root_of(Cubic f, float value, float low, float high) {
     float b = high;
     bool rising = value_of(f, high) > value_of(f, low);
     float s = 0.5 * (a + b);
-    for (int i = 0; i < 24; ++i) {
-        float error = value_of(f, s) - value;
+    float error = 1.0;
+    for (int i = 0; i < 40 && error != 0.0 && b > a; ++i) {
+        error = value_of(f, s) - value;
         if (error > 0.0 == rising) {
             b = s;
         } else {
@@ -90,9 +93,28 @@ float root_of(Cubic f, float value, float low, float high) {
         // Newton's step where it stays between, else the middle.
         float slope = f.c.y + s * (2.0 * f.c.z + s * 3.0 * f.c.w);
         float next = s - error / slope;
-        s = next > a && next < b ? next : 0.5 * (a + b);
+        next = next >= a && next <= b ? next : 0.5 * (a + b);
+        if (next == s) {
+            a = b;
+        }
+        s = next;
     }
     return s;
+}
+
+// The first place behind s where the cubic passes 0, or `stop`.
+float next_zero(Cubic f, float s, float stop) {
+    vec2 turns = turns_of(f);
+    float low = s + 1.0e-6;
+    float found = stop;
+    for (int part = 0; part < 3; ++part) {
+        float high = min(part == 0 ? turns.x : part == 1 ? turns.y : stop, stop);
+        if (found == stop && low < high && value_of(f, low) * value_of(f, high) < 0.0) {
+            found = root_of(f, 0.0, low, high);
+        }
+        low = max(low, high);
+    }
+    return found;
 }
 
 struct Sum {
@@ -101,33 +123,40 @@ struct Sum {
     float depth;    // mm from the ray's origin where depth_opacity is passed; NEVER before that
 };
 
-// What one piece adds: the cubic from s0 to s1 of the cell [start, start + length] mm, between two keys.
-Sum add_piece(Sum sum, Ray ray, Cubic f, float s0, float s1, float start, float length, int key) {
-    Sum result = sum;
+// Colour and extinction between two keys, where both are linear in the value.
+struct Band {
+    vec4 near;      // at the value `from`
+    vec4 far;       // `width` above it
+    float from;
+    float width;
+};
+
+// The band above a key; -1: below the first, where the first goes on.
+Band band_above(int key) {
     int count = size1(places);
     int low = clamp(key, 0, count - 1);
-    int high = clamp(key + 1, 0, count - 1);
+    int high = key < 0 ? 0 : clamp(key + 1, 0, count - 1);
     float from = fetch1(places, low).x;
-    float width = fetch1(places, high).x - from;
-    vec4 near = fetch1(keys, low);
-    vec4 far = fetch1(keys, high);
-    if (key < 0) {
-        far = near;
-    }
-    if (!(near.w > 0.0) && !(far.w > 0.0)) {
-        return result;
-    }
+    return Band(fetch1(keys, low), fetch1(keys, high), from, fetch1(places, high).x - from);
+}
+
+vec4 matter_in(Band band, float value) {
+    return mix(band.near, band.far, band.width > 0.0 ? clamp((value - band.from) / band.width, 0.0, 1.0) : 0.0);
+}
+
+struct Piece {
+    vec3 color;     // of what is seen of it, illuminated
+    float depth;    // optical depth
+};
+
+// The cubic from s0 to s1 of the cell [start, start + length] mm, by Gauss and Legendre as a collocation method.
+Piece integrate(Ray ray, Cubic f, Band band, float s0, float s1, float start, float length) {
     float piece = (s1 - s0) * length;
     vec4 matter[ORDER];
     float depth = 0.0;
     for (int i = 0; i < ORDER; ++i) {
-        float value = value_of(f, mix(s0, s1, nodes[i]));
-        float share = width > 0.0 ? clamp((value - from) / width, 0.0, 1.0) : 0.0;
-        matter[i] = mix(near, far, share);
+        matter[i] = matter_in(band, value_of(f, mix(s0, s1, nodes[i])));
         depth += weights[i] * matter[i].w * piece;
-    }
-    if (!(depth > 0.0)) {
-        return result;
     }
     vec3 color = vec3(0.0);
     float total = 0.0;
@@ -137,21 +166,58 @@ Sum add_piece(Sum sum, Ray ray, Cubic f, float s0, float s1, float start, float 
             hidden_before += before[i * ORDER + j] * matter[j].w;
         }
         float weight = weights[i] * matter[i].w * exp(-hidden_before * piece);
-        float t = start + (mix(s0, s1, nodes[i]) + 0.5) * length;
-        color += weight * shade(matter[i].rgb, ray, t);
+        color += weight * shade(matter[i].rgb, ray, start + (mix(s0, s1, nodes[i]) + 0.5) * length);
         total += weight;
     }
-    float share = (1.0 - sum.hidden) * -expm1(-depth);
-    result.color += share * color / total;
-    result.hidden += share;
-    if (sum.depth == NEVER && result.hidden >= depth_opacity) {
-        // As if the extinction went evenly from one end of the piece to the other.
-        float e0 = mix(near.w, far.w, width > 0.0 ? clamp((value_of(f, s0) - from) / width, 0.0, 1.0) : 0.0);
-        float e1 = mix(near.w, far.w, width > 0.0 ? clamp((value_of(f, s1) - from) / width, 0.0, 1.0) : 0.0);
-        float target = log((1.0 - sum.hidden) / (1.0 - depth_opacity)) / depth * 0.5 * (e0 + e1);
-        float root = e0 + sqrt(max(e0 * e0 + 2.0 * (e1 - e0) * target, 0.0));
-        float reach = root > 0.0 ? clamp(2.0 * target / root, 0.0, 1.0) : 0.0;
-        result.depth = start + (mix(s0, s1, reach) + 0.5) * length;
+    return Piece(total > 0.0 ? color / total : band.near.rgb, depth);
+}
+
+Sum add(Sum sum, Piece piece) {
+    float share = (1.0 - sum.hidden) * -expm1(-piece.depth);
+    return Sum(sum.color + share * piece.color, sum.hidden + share, sum.depth);
+}
+
+// What one smooth piece adds.
+Sum add_piece(Sum sum, Ray ray, Cubic f, Band band, float s0, float s1, float start, float length) {
+    Sum result = sum;
+    // Where the gradient nearly vanishes its direction swings, and light with it: part `index` of `parts` is halved until
+    // halves and whole agree.
+    float parts = 1.0;
+    float index = 0.0;
+    while (index < parts) {
+        float a = mix(s0, s1, index / parts);
+        float b = mix(s0, s1, (index + 1.0) / parts);
+        Piece whole = integrate(ray, f, band, a, b, start, length);
+        Sum next = add(result, whole);
+        bool fine = true;
+#if LIT
+        float middle = 0.5 * (a + b);
+        Sum halves = add(result, integrate(ray, f, band, a, middle, start, length));
+        halves = add(halves, integrate(ray, f, band, middle, b, start, length));
+        vec3 error = abs(next.color - halves.color);
+        next = halves;
+        fine = max(error.x, max(error.y, error.z)) < AGREED || parts >= MOST_PARTS;
+#endif
+        if (fine) {
+            if (result.depth == NEVER && next.hidden >= depth_opacity && whole.depth > 0.0) {
+                // As if the extinction went evenly from one end of the part to the other.
+                float e0 = matter_in(band, value_of(f, a)).w;
+                float e1 = matter_in(band, value_of(f, b)).w;
+                float target = log((1.0 - result.hidden) / (1.0 - depth_opacity)) / whole.depth * 0.5 * (e0 + e1);
+                float root = e0 + sqrt(max(e0 * e0 + 2.0 * (e1 - e0) * target, 0.0));
+                float reach = root > 0.0 ? clamp(2.0 * target / root, 0.0, 1.0) : 0.0;
+                next.depth = start + (mix(a, b, reach) + 0.5) * length;
+            }
+            result = next;
+            index += 1.0;
+            while (parts > 1.0 && mod(index, 2.0) == 0.0) {
+                index *= 0.5;
+                parts *= 0.5;
+            }
+        } else {
+            parts *= 2.0;
+            index *= 2.0;
+        }
     }
     return result;
 }
@@ -168,6 +234,12 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
     }
 #endif
     Cubic f = cubic_through(v);
+#if LIT
+    // Light jumps where the surface turns its other side to the viewer, and has a kink where it turns from the lamp.
+    Cubic facing = cubic_through(vec4(0.0));
+    Cubic shadow = facing;
+    bool known = false;
+#endif
     vec2 turns = turns_of(f);
     int count = size1(places);
     float s = -0.5;
@@ -178,9 +250,13 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
         bool rising = goal > value;
         // The key at or below the value from which the piece leaves.
         int key = -1;
-        for (int i = 0; i < count; ++i) {
-            float place = fetch1(places, i).x;
-            key = place < value || (place == value && goal >= value) ? i : key;
+        int above = count;
+        while (above - key > 1) {
+            int middle = (key + above) / 2;
+            float place = fetch1(places, middle).x;
+            bool below = place < value || (place == value && goal >= value);
+            key = below ? middle : key;
+            above = below ? above : middle;
         }
         bool going = s < stop && result.hidden < ENOUGH;
         while (going) {
@@ -188,12 +264,36 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
             float place = fetch1(places, clamp(meets, 0, count - 1)).x;
             bool inside = meets >= 0 && meets < count && (rising ? place < goal : place > goal);
             float end = inside ? root_of(f, place, s, stop) : stop;
-            if (end > s) {
-                result = add_piece(result, ray, f, s, end, start, length, key);
+            bool at_key = inside;
+            Band band = band_above(key);
+            bool seen = end > s && (band.near.w > 0.0 || band.far.w > 0.0);
+#if LIT
+            if (seen) {
+                if (!known) {
+                    vec4 a;
+                    vec4 b;
+                    for (int i = 0; i < 4; ++i) {
+                        float t = start + (0.125 + 0.25 * float(i)) * length;
+                        vec3 slope = slope_at(ray, t);
+                        vec3 lamp = light.position - (light.directional ? vec3(0.0) : ray.eye_origin + ray.eye_direction * t);
+                        a[i] = dot(slope, ray.eye_direction);
+                        b[i] = dot(slope, lamp);
+                    }
+                    facing = cubic_through(a);
+                    shadow = cubic_through(b);
+                    known = true;
+                }
+                float turned = min(next_zero(facing, s, end), next_zero(shadow, s, end));
+                at_key = at_key && !(turned < end);
+                end = turned;
             }
+#endif
+            if (seen) {
+                result = add_piece(result, ray, f, band, s, end, start, length);
+            }
+            going = (at_key || end < stop) && result.hidden < ENOUGH;
             s = max(s, end);
-            key = rising ? key + 1 : key - 1;
-            going = inside && result.hidden < ENOUGH;
+            key = at_key ? rising ? key + 1 : key - 1 : key;
         }
         s = max(s, stop);
     }
@@ -244,6 +344,9 @@ Result pixel(ivec2 at) {
         steps += 1.0;
     }
     result.color = vec4(sum.color, sum.hidden);
+    if (t < range.y && sum.hidden < ENOUGH && steps < most) {
+        result.color = vec4(uintBitsToFloat(0x7fc00000u));  // the driver ended the loop
+    }
     if (sum.depth < NEVER) {
         result.depth = (ray.start + sum.depth) * ray.cosine;
     }

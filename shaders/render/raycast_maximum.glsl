@@ -25,29 +25,35 @@ Result pixel(ivec2 at) {
     }
     float first = floor(range.x / step_length);
     float end = ceil(range.y / step_length);
-    vec3 per_unit = inverse_of(ray.direction);
+#if SKIP
+    Leaper leaper = leaper_of(ray.origin, ray.direction, step_length);
+#endif
     float best = -FAR;
     float best_t = 0.0;
     float k = first;
     while (k < end) {
 #if SKIP
-        float stop = k + 1.0;
+        float stop = k + 4.0;
         if (k > first && k < end - 1.0) {
-            vec3 last = vec3(size3(bricks)) - 1.0;
-            vec3 b = clamp(floor(point_at(ray, k * step_length) / BRICK), vec3(0.0), last);
-            float leave = leave_cube(ray.origin, per_unit, b, 1.0, last);
-            stop = max(stop, min(floor(leave / step_length), end - 1.0));
-            if (stop > k + 1.0 && !(fetch3v(bricks, ivec3(b)).y > best)) {
-                k = stop;
+            vec3 brick = floor(leaper.origin + k * leaper.along);
+            float count = segments_within(leaper, k, brick, 1.0);
+            if (count > 0.0 && !(fetch3v(bricks, ivec3(brick)).y > best)) {
+                k = min(k + count, end - 1.0);
+                stop = k;
             }
         }
 #else
         float stop = end;
 #endif
-        while (k < stop) {
+        while (k < stop && k < end) {
             float t = (k + 0.5) * step_length;
             float value = sample3(volume, point_at(ray, t));
-            if (value > best) {
+#if FINITE
+            bool greater = value > best;
+#else
+            bool greater = value > best && !is_missing(value);
+#endif
+            if (greater) {
                 best = value;
                 best_t = t;
             }

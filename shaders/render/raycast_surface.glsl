@@ -26,7 +26,7 @@ field3 bricks;
 float surface(Ray ray, float t) {
     float value = sample3(volume, point_at(ray, t));
 #if ISO
-    return value - iso_value;
+    return is_missing(value) ? uintBitsToFloat(0x7fc00000u) : value - iso_value;
 #else
     return classify(table, lookup, value).w - hit_extinction;
 #endif
@@ -65,7 +65,9 @@ Result pixel(ivec2 at) {
     // The surface is looked for at the entry, in the middle of each segment, and at the exit.
     float first = floor(range.x / step_length);
     float end = ceil(range.y / step_length);
-    vec3 per_unit = inverse_of(ray.direction);
+#if SKIP
+    Leaper leaper = leaper_of(ray.origin, ray.direction, step_length);
+#endif
     float before = range.x;
     float below = surface(ray, before);
     bool hit = below >= 0.0;
@@ -73,21 +75,18 @@ Result pixel(ivec2 at) {
     float k = first;
     while (k <= end && !hit) {
 #if SKIP
-        float stop = k + 1.0;
-        if (k > first && k < end - 1.0) {
-            Run run = next_run(bricks, ray.origin, ray.direction, per_unit, step_length, k, end - 1.0);
-            if (run.first > k) {
-                // What lies between is outside; the search goes on from the last point of it.
-                k = run.first;
-                before = clamp((k - 0.5) * step_length, range.x, range.y);
-                below = surface(ray, before);
-            }
-            stop = max(run.stop, k + 1.0);
+        float next = leap(bricks, leaper, k, k > first ? max(end - 1.0, k) : k);
+        if (next > k) {
+            // What lies between is outside; the search goes on from the last point of it.
+            k = next;
+            before = clamp((k - 0.5) * step_length, range.x, range.y);
+            below = surface(ray, before);
         }
+        float stop = k + 4.0;
 #else
         float stop = end + 1.0;
 #endif
-        while (k < stop && !hit) {
+        while (k < stop && k <= end && !hit) {
             float t = clamp((k + 0.5) * step_length, range.x, range.y);
             float above = surface(ray, t);
             if (above >= 0.0) {
