@@ -229,8 +229,8 @@ class Raycast(Processor):
         result = device.run(kernel, size, defines=defines, work=work, turns=turns, **bindings)
         if kernel in UNBOUNDED and "turns" in device.limits and np.isnan(result.color.array).any():
             raise DeviceError(
-                f"{integrator}: this driver ends loops after {device.limits['turns']} turns, which is too early for some "
-                "rays; use a greater step or tolerance, another integrator, or --device cl"
+                f"{integrator}: this driver ends loops after {device.limits['turns']} turns, too early for some rays; "
+                "use a greater step or tolerance, another integrator, or --device cl"
             )
         return Image(result.color, result.depth)
 
