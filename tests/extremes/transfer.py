@@ -112,7 +112,7 @@ def spike_by_many_samples(device: Any, **params: Any) -> float:
 
 
 @case(
-    TOPIC, "a box narrower than a row of a table", "found where no table is read", single=3e-4, double=1e-4,
+    TOPIC, "a box narrower than a row of a table", "found where no table is read", single=3e-4, double=1e-7,
     integrators=KEYED,
 )  # fmt: skip
 def narrow_box(device: Any, **params: Any) -> float:
@@ -130,16 +130,26 @@ def saw(device: Any, **params: Any) -> float:
     return worst(along(device, tf, 1.0, **params), hidden(RISE / 2 * 15))
 
 
+@case(
+    TOPIC, "301 keys, a saw across 300 cells", "the same: no driver may end the loops over cells and keys unheard",
+    single=2e-5, double=1e-6, integrators=KEYED, counted=True,
+)  # fmt: skip
+def long_saw(device: Any, **params: Any) -> float:
+    """A value that rises by a twentieth in each of 300 cells, so that every cell meets one key."""
+    data = np.broadcast_to((np.arange(301, dtype=np.float32) / 20)[None, :, None], (2, 301, 2)).copy()
+    tf = keys(*((15 * i / 300, 0.02 if i % 2 else 0.0) for i in range(301)))
+    image = render(device, (2, 2), volume=Volume(data), camera=AHEAD.with_(eye=(0, -300, 0)), transfer_function=tf,
+                   step=1.0, **params)  # fmt: skip
+    return worst(image.color, hidden(-np.log(1 - 0.02) / 2 * 300))
+
+
 @case(TOPIC, "a saw of 301 keys, by fine samples", "the mean of its teeth", single=2e-3, double=2e-3, integrators=PLAIN)
 def saw_by_samples(device: Any, **params: Any) -> float:
     tf = keys(*((15 * i / 300, 0.2 if i % 2 else 0.0) for i in range(301)))
     return worst(along(device, tf, 0.01, **params), hidden(RISE / 2 * 15))
 
 
-EMPTY = ("midpoint", "trapezoid", "preintegrated", "gauss2", "gauss3", "adaptive")
-
-
-@case(TOPIC, "no keys", "nothing is seen, in any mode", single=0, double=0, integrators=EMPTY)
+@case(TOPIC, "no keys", "nothing is seen, in any mode", single=0, double=0, integrators=None)
 def empty(device: Any, **params: Any) -> float:
     modes = (
         ("composite", "maximum", "first_hit") if params.get("integrator", "midpoint") == "midpoint" else ("composite",)

@@ -42,8 +42,6 @@ def transparent_error(bad: float, at: int, device: Any, **params: Any) -> float:
     return min(worst(image.color, slab(1 - 0.8**length)) for length in lengths)
 
 
-BY_SAMPLES = ("midpoint", "trapezoid", "gauss2", "gauss3", "cellwise")
-
 # Two ends of transparent cells, at each of which half a segment may go to the wrong side.
 ENDS = -np.log(0.8) * 2 * 0.125 * 0.8**7
 
@@ -54,7 +52,7 @@ for name, bad in NOT_FINITE.items():
         (7, " beside the last voxel", "the cells around it are transparent, and what lies behind them may be"),
     ):
         case(
-            SPOILED, f"{name}{told}, composite", happens, integrators=None if name == "nan" else BY_SAMPLES,
+            SPOILED, f"{name}{told}, composite", happens, integrators=None,
             single={"midpoint": 5e-6, "cellwise": 5e-6, "": ENDS},
             double={"midpoint": 1e-9, "cellwise": 1e-7, "": ENDS},
         )(partial(transparent_error, bad, at))  # fmt: skip
@@ -115,11 +113,10 @@ def all_error(bad: float, device: Any) -> float:
 
 
 for name, bad in NOT_FINITE.items():
-    if name != "inf":
-        case(SPOILED, f"{name}, maximum", "the greatest finite sample", single=1e-5, double=1e-6)(
-            partial(maximum_error, bad)
-        )
-    for mode in ("first_hit",) if name == "inf" else ("first_hit", "iso"):
+    case(SPOILED, f"{name}, maximum", "the greatest finite sample", single=1e-5, double=1e-6)(
+        partial(maximum_error, bad)
+    )
+    for mode in ("first_hit", "iso"):
         case(
             SPOILED, f"{name} before the surface, {mode}", "the surface behind it is found", single=1e-3, double=1e-3,
             unit="mm",
