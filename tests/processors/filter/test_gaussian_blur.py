@@ -50,3 +50,25 @@ def test_a_huge_sigma_needs_no_huge_memory(sigma):
     volume = Volume(np.random.default_rng(2).random((3, 1, 4)).astype(np.float32))
     out = call("filter.gaussian_blur", volume=Volume(volume.data, np.diag([0.01, 0.01, 0.01, 1])), sigma=sigma).data
     assert np.isfinite(out).all()
+
+
+@pytest.mark.parametrize(("reach", "left_out"), [(2.0, 0.0455), (3.0, 2.7e-3), (4.0, 6.4e-5), (6.0, 2e-9)])
+def test_what_is_cut_off_is_at_most_its_weight(reach, left_out):
+    """The tails beyond ``reach`` sigma weigh erfc(reach / sqrt 2) along each axis."""
+    data = np.random.default_rng(1).random((12, 14, 16))
+    kept, whole = (
+        call("filter.gaussian_blur", volume=Volume(data), sigma=1.5, reach=r, precision="double").data
+        for r in (reach, 10.0)
+    )
+    error = np.abs(kept - whole).max()
+    assert 0.0 < error <= 3 * left_out
+
+
+def test_single_precision_is_the_rounding_of_double():
+    data = np.random.default_rng(2).random((12, 14, 16)) * 1000
+    single, double = (
+        call("filter.gaussian_blur", volume=Volume(data), sigma=1.5, precision=p).data for p in ("single", "double")
+    )
+    assert single.dtype == np.float32
+    assert double.dtype == np.float64
+    assert 0.0 < np.abs(single - double).max() <= 1000 * 3 * 2.0**-23
