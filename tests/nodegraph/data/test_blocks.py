@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from nodegraph.data import Camera, Volume
 from nodegraph.data.blocks import block_at, block_counts, front_to_back, pixels_of, visible_blocks
-from nodegraph.data.bricks import brick_counts
+from nodegraph.data.bricks import BRICK, brick_counts
 from nodegraph.data.space import transform_points
 from nodegraph.errors import PortError
 
@@ -141,12 +141,12 @@ def test_blocks_without_a_visible_brick_are_left_out_and_no_others(seed, share):
     visible = np.random.default_rng(seed).random(counts[::-1]) < share
     size = 2 * SIZE
     found = [block.place for block in front_to_back(volume, camera, visible, size)]
-    expected = {tuple(int(i) // 2 for i in brick[::-1]) for brick in np.argwhere(visible)}
+    expected = {tuple(int(i) * BRICK // size for i in brick[::-1]) for brick in np.argwhere(visible)}
     assert len(found) == len(set(found))
     assert set(found) == expected
     order = [block.place for block in front_to_back(volume, camera, size=size) if block.place in expected]
     assert found == order
-    near = visible_blocks(visible, volume.dims, size, span=3.0)
+    near = visible_blocks(visible, volume.dims, size, span=BRICK - 1.0)
     wider = ndimage.binary_dilation(visible, np.ones((3, 3, 3)))
     assert np.array_equal(near, visible_blocks(wider, volume.dims, size))
 
@@ -163,10 +163,11 @@ def test_what_a_block_reads_beyond_its_own():
 
 
 def test_blocks_are_made_of_bricks():
-    with pytest.raises(PortError, match="blocks: expected a multiple of 8 cells, got 12"):
-        block_counts((64, 64, 64), 12)
-    with pytest.raises(PortError, match=r"expected bricks \(8, 8, 8\) \(z, y, x\) for a grid of \(64, 64, 64\), got"):
-        visible_blocks(np.ones((8, 8, 9), bool), (64, 64, 64))
+    with pytest.raises(PortError, match=f"blocks: expected a multiple of {BRICK} cells, got {BRICK + 1}"):
+        block_counts((64, 64, 64), BRICK + 1)
+    n = 8 * BRICK
+    with pytest.raises(PortError, match=rf"bricks \(8, 8, 8\) \(z, y, x\) for a grid of \({n}, {n}, {n}\), got"):
+        visible_blocks(np.ones((8, 8, 9), bool), (n, n, n))
 
 
 def test_a_block_behind_the_eye_has_no_pixel_and_one_around_it_has_all():
