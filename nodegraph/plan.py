@@ -12,17 +12,18 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from nodegraph.errors import GraphError, ParameterError
+from nodegraph.errors import GraphError
 from nodegraph.fingerprint import SIZE, Code, Local, code_of, digest, file_state, given_key, local_of
 from nodegraph.requests import (
-    QUALITIES,
     Feed,
     Request,
     Skeleton,
     Step,
     ask_needs,
     build,
+    coarseness,
     default_sinks,
+    level,
     same_answer,
     sink_size,
 )
@@ -116,8 +117,7 @@ class Planner:
         ``size`` overrides the sizes of the sinks. Raises CommandError for a sink that does not exist.
         """
         given = given or {}
-        if quality not in QUALITIES:
-            raise ParameterError(f"quality: expected one of {', '.join(QUALITIES)}, got {quality!r}")
+        quality = level(coarseness(quality))
         named = tuple(dict.fromkeys(default_sinks(flat) if sinks is None else sinks))
         self._refresh(flat, given)
         requests = tuple(Request(sink_size(flat, sink, size), quality) for sink in named)

@@ -10,14 +10,37 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from nodegraph.errors import CommandError, GraphError, PortError, ProcessError, near_miss, near_miss_or_all
+from nodegraph.errors import (
+    CommandError,
+    GraphError,
+    ParameterError,
+    PortError,
+    ProcessError,
+    near_miss,
+    near_miss_or_all,
+)
 
 if TYPE_CHECKING:
     from nodegraph.flat import Flat, FlatNode
     from nodegraph.plan import Task
 
 DEFAULT_SIZE = (1024, 1024)
-QUALITIES = ("interactive", "final")
+LEVELS = (2, 4, 8, 16, 32, 64)
+INTERACTIVE = 4
+QUALITIES = ("interactive", "final", *(f"interactive/{n}" for n in LEVELS))
+"""What may be asked for; ``interactive`` alone is resolved to a level before anything is planned."""
+
+
+def level(n: int) -> str:
+    """The quality that asks for about one n-th of the work of final: ``final`` for 1, else ``interactive/n``."""
+    return "final" if n == 1 else f"interactive/{n}"
+
+
+def coarseness(quality: str) -> int:
+    """The n of a quality, see `level`. Raises ParameterError for a word that is none."""
+    if quality not in QUALITIES:
+        raise ParameterError(f"quality: expected one of {', '.join(QUALITIES)}, got {quality!r}")
+    return 1 if quality == "final" else int(quality.partition("/")[2] or INTERACTIVE)
 
 
 class Request(NamedTuple):
@@ -266,8 +289,10 @@ def _requests(
 
 
 def _need(need: Any, request: Request, where: str) -> Request | None:
-    if need is None or isinstance(need, Request):
-        return need
+    if need is None:
+        return None
+    if isinstance(need, Request):
+        return Request(need.size, level(coarseness(need.quality)))
     if isinstance(need, Sequence) and len(need) == 2 and all(isinstance(n, int) and n >= 0 for n in need):
         return Request((need[0], need[1]), request.quality)
     raise PortError(f"{where}: needs() must answer None, (width, height) or a Request, got {need!r}")
