@@ -13,7 +13,7 @@ import sys
 import threading
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from nodegraph.compute import language
 from nodegraph.compute.device import Device, Span
 from nodegraph.compute.dispatch import BuildFailure, Job, Owned
 from nodegraph.compute.gl_calls import Calls
-from nodegraph.compute.language import Layout, Matrix, Module, Storage
+from nodegraph.compute.language import Layout, Matrix, Module, Storage, is_line
 from nodegraph.compute.memory import Budget, Entry
 from nodegraph.compute.rasterise import Rasteriser
 from nodegraph.compute.storage import Placement
@@ -73,6 +73,20 @@ class Handle:
             if self.written.get(name) != data:
                 uniform.write(data)
                 self.written[name] = data
+
+
+class _Line(NamedTuple):
+    """A texture of one axis, named as moderngl names its own."""
+
+    glo: int
+    size: tuple[int]
+    components: int
+
+
+def _target(placement: Placement) -> int:
+    if len(placement.shape) == 3:
+        return gl.TEXTURE_3D
+    return gl.TEXTURE_1D if len(placement.shape) == 1 and is_line(placement.storage, 1) else gl.TEXTURE_2D
 
 
 class GLDevice(Device):
@@ -177,6 +191,8 @@ class GLDevice(Device):
     def make_texture(self, placement: Placement, where: str) -> Owned:
         """Make a texture without data; memory is reserved already."""
         self.calls.get_error()
+        if len(placement.shape) == 1 and is_line(placement.storage, 1):
+            return self._make_line(placement, where)
         kind = placement.storage.sampler
         element = placement.storage.element
         dtype = element if kind or element[0] == "f" else _NORMALISED[element]
@@ -192,6 +208,28 @@ class GLDevice(Device):
         self.require_no_error(f"a texture of {'x'.join(map(str, size))} for {where}", texture.release)
         return texture, placement.nbytes, texture.release
 
+    def _make_line(self, placement: Placement, where: str) -> Owned:
+        """A texture of one axis, which moderngl has not."""
+        calls, name = self.calls, ctypes.c_uint()
+        calls.gen_textures(1, ctypes.byref(name))
+
+        def release() -> None:
+            calls.delete_textures(1, ctypes.byref(name))
+
+        line = _Line(int(name.value), (placement.shape[0],), placement.texture_components)
+        calls.active_texture(gl.TEXTURE0)
+        calls.bind_texture(gl.TEXTURE_1D, line.glo)
+        form = {1: gl.R32F, 2: gl.RG32F, 3: gl.RGB32F, 4: gl.RGBA32F}[line.components]
+        calls.tex_image_1d(gl.TEXTURE_1D, 0, form, line.size[0], 0, *_transfer(placement), None)
+        mode = gl.LINEAR if self.limits["filtering"] else gl.NEAREST
+        for parameter, value in (
+            (gl.TEXTURE_MIN_FILTER, mode), (gl.TEXTURE_MAG_FILTER, mode), (gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE),
+            (gl.TEXTURE_MAX_LEVEL, 0),
+        ):  # fmt: skip
+            calls.tex_parameter(gl.TEXTURE_1D, parameter, value)
+        self.require_no_error(f"a table of {line.size[0]} rows for {where}", release)
+        return line, placement.nbytes, release
+
     def _upload(self, array: Array, placement: Placement, where: str) -> Owned:
         self.memory.reserve(placement.nbytes, where)
         texture, nbytes, release = self._allocate(placement, where)
@@ -199,7 +237,7 @@ class GLDevice(Device):
         calls = self.calls
         calls.active_texture(gl.TEXTURE0)
         calls.pixel_store(gl.UNPACK_ALIGNMENT, 1)
-        target = gl.TEXTURE_3D if len(placement.shape) == 3 else gl.TEXTURE_2D
+        target = _target(placement)
         calls.bind_texture(target, texture.glo)
         for first, slab in placement.slabs(array):
             data = slab.ctypes.data
@@ -208,6 +246,8 @@ class GLDevice(Device):
                 calls.tex_sub_image_3d(target, 0, 0, 0, first, width, height, depth, form, kind, data)
             elif len(placement.shape) == 2:
                 calls.tex_sub_image_2d(target, 0, 0, first, slab.shape[1], slab.shape[0], form, kind, data)
+            elif target == gl.TEXTURE_1D:
+                calls.tex_sub_image_1d(target, 0, first, slab.shape[0], form, kind, data)
             else:
                 calls.tex_sub_image_2d(target, 0, first, 0, slab.shape[0], 1, form, kind, data)
         self.require_no_error(f"the upload of {where}", release)
@@ -237,7 +277,7 @@ class GLDevice(Device):
         for unit, (wanted, slot) in enumerate(zip(layout.slots, job.slots, strict=True)):
             placement = slot.placement
             calls.active_texture(gl.TEXTURE0 + unit)
-            calls.bind_texture(gl.TEXTURE_3D if len(placement.shape) == 3 else gl.TEXTURE_2D, slot.entry.object.glo)
+            calls.bind_texture(_target(placement), slot.entry.object.glo)
             size = np.array(placement.shape[::-1], np.int32)
             storage = placement.storage
             handle.write(wanted.size, size)

@@ -17,9 +17,13 @@ from nodegraph.errors import DeviceMissing
 
 FRAMEBUFFER = 0x8D40
 COLOR_ATTACHMENT0 = 0x8CE0
+TEXTURE_1D = 0x0DE0
 TEXTURE_2D = 0x0DE1
 TEXTURE_3D = 0x806F
 TEXTURE0 = 0x84C0
+TEXTURE_MAG_FILTER, TEXTURE_MIN_FILTER, TEXTURE_WRAP_S, TEXTURE_MAX_LEVEL = 0x2800, 0x2801, 0x2802, 0x813D
+NEAREST, LINEAR, CLAMP_TO_EDGE = 0x2600, 0x2601, 0x812F
+R32F, RG32F, RGB32F, RGBA32F = 0x822E, 0x8230, 0x8815, 0x8814
 TRIANGLES = 0x0004
 CONTEXT_LOST = 0x0507
 FRAMEBUFFER_COMPLETE = 0x8CD5
@@ -56,6 +60,11 @@ class Calls:
         self.get_error = bind("glGetError", result=_UINT)
         self.active_texture = bind("glActiveTexture", _UINT)
         self.bind_texture = bind("glBindTexture", _UINT, _UINT)
+        self.gen_textures = bind("glGenTextures", _INT, _POINTER)
+        self.delete_textures = bind("glDeleteTextures", _INT, _POINTER)
+        self.tex_parameter = bind("glTexParameteri", _UINT, _UINT, _INT)
+        self.tex_image_1d = bind("glTexImage1D", _UINT, *[_INT] * 4, _UINT, _UINT, _POINTER)
+        self.tex_sub_image_1d = bind("glTexSubImage1D", _UINT, *[_INT] * 3, _UINT, _UINT, _POINTER)
         self.pixel_store = bind("glPixelStorei", _UINT, _INT)
         self.tex_sub_image_2d = bind("glTexSubImage2D", _UINT, *[_INT] * 5, _UINT, _UINT, _POINTER)
         self.tex_sub_image_3d = bind("glTexSubImage3D", _UINT, *[_INT] * 7, _UINT, _UINT, _POINTER)

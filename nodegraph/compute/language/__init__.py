@@ -5,6 +5,7 @@ Text in, text out: this package imports the standard library only and touches no
 
 from __future__ import annotations
 
+from .fields_glsl import is_line
 from .module import FieldDecl, FieldSlot, Layout, Leaf, Module, OutputDecl, Uniform
 from .print_glsl import print_glsl
 from .print_opencl import print_opencl
@@ -30,6 +31,7 @@ __all__ = [
     "Type",
     "Uniform",
     "compile",
+    "is_line",
     "print_glsl",
     "print_opencl",
     "switches",

@@ -6,11 +6,22 @@ from typing import TYPE_CHECKING
 
 from .module import FieldSlot
 from .printing import FieldRef
+from .storage_types import Storage
 
 if TYPE_CHECKING:
     from .print_glsl import _GlslPrinter
 
 _SHAPE = {1: "2D", 2: "2D", 3: "3D"}
+
+
+def is_line(storage: Storage, n: int) -> bool:
+    """True for a table of floats: a texture of one axis, of which two texels are mixed and not four.
+
+    Tables of other elements are textures one texel high.
+    """
+    return n == 1 and storage.element == "f4" and not storage.sampler
+
+
 _SIZE = {1: "int", 2: "ivec2", 3: "ivec3"}
 _PLACE = {1: "float", 2: "vec2", 3: "vec3"}
 
@@ -21,7 +32,8 @@ def declarations(printer: _GlslPrinter, slots: tuple[FieldSlot, ...]) -> list[st
     axes = {symbol.name: printer.axes(FieldRef(i, 0)) for i, symbol in enumerate(printer.fields)}
     for slot in slots:
         n = axes[slot.field]
-        text.append(f"uniform {slot.storage.sampler}sampler{_SHAPE[n]} {slot.sampler};")
+        shape = "1D" if is_line(slot.storage, n) else _SHAPE[n]
+        text.append(f"uniform {slot.storage.sampler}sampler{shape} {slot.sampler};")
         text.append(f"uniform {_SIZE[n]} {slot.size};")
         if slot.inverse:
             text.append(f"uniform {_PLACE[n]} {slot.inverse};")
@@ -42,11 +54,12 @@ def accessor_text(printer: _GlslPrinter, name: str, ref: FieldRef) -> str:
     if verb == "size":
         return f"{head} {{ return {ref.stem}_size; }}"
     if verb == "fetch":
-        return f"{head} {{\n    return {_fetched(printer, ref, _fetch(ref, n, _clamped('p', ref, n)), exact=True)};\n}}"
+        texel = _fetch(printer, ref, n, _clamped("p", ref, n))
+        return f"{head} {{\n    return {_fetched(printer, ref, texel, exact=True)};\n}}"
     storage = printer.storage(ref)
     if storage.filtered and not storage.sampler:
         coordinate = f"(p + 0.5) * {ref.stem}_inverse"
-        if n == 1:
+        if n == 1 and not is_line(storage, n):
             coordinate = f"vec2({coordinate}, 0.5)"
         guard = "    p = p > 0.0 ? p : 0.0;\n" if n == 1 else ""
         sampled = f"textureLod({ref.stem}, {coordinate}, 0.0)"
@@ -75,8 +88,8 @@ def _clamped(p: str, ref: FieldRef, n: int) -> str:
     return f"clamp({p}, {_SIZE[n]}(0), {ref.stem}_size - 1)"
 
 
-def _fetch(ref: FieldRef, n: int, place: str) -> str:
-    place = f"ivec2({place}, 0)" if n == 1 else place
+def _fetch(printer: _GlslPrinter, ref: FieldRef, n: int, place: str) -> str:
+    place = f"ivec2({place}, 0)" if n == 1 and not is_line(printer.storage(ref), n) else place
     return f"texelFetch({ref.stem}, {place}, 0)"
 
 
@@ -108,7 +121,7 @@ def _by_hand(printer: _GlslPrinter, ref: FieldRef, n: int) -> str:
     for corner in range(2**n):
         parts = [f"{'ab'[corner >> axis & 1]}.{'xyz'[axis]}" for axis in range(n)]
         place = "ab"[corner] if n == 1 else f"{_SIZE[n]}({', '.join(parts)})"
-        texel = f"{_fetch(ref, n, place)}.{'rgba'[:count]}"
+        texel = f"{_fetch(printer, ref, n, place)}.{'rgba'[:count]}"
         corners.append(f"{value}({texel})" if storage.sampler else texel)
     for axis in range(n):
         t = "t" if n == 1 else f"t.{'xyz'[axis]}"
