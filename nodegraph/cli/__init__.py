@@ -21,6 +21,7 @@ COMMANDS = {
     "run": "run a workspace and write its pictures",
     "sweep": "run a workspace once for every value of some parameters",
     "batch": "run a workspace once for each of many data files",
+    "animate": "render the pictures of an animation, or a film",
     "measure": "vary settings and tell what each costs and how wrong it is",
     "tune": "find the cheapest settings under an error, or the most accurate within a time",
     "explain": "print what a run would do, and why",
