@@ -7,7 +7,7 @@ far it is, and `memo`. Each of them is also a place where a cancelled evaluation
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -86,6 +86,10 @@ class DeviceService:
         """Greatest sizes that the device takes."""
         return dict(self._device.limits)
 
+    def fits(self, shape: Sequence[int], dtype: Any) -> bool:
+        """Whether a volume (z, y, x) may lie on the device as a whole, within its budget."""
+        return bool(self._device.fits(shape, dtype))
+
     def run(
         self,
         kernel: str,
@@ -94,12 +98,15 @@ class DeviceService:
         defines: Mapping[str, Any] | None = None,
         work: float = 1.0,
         turns: float = 0,
+        progress: Callable[[float], None] | None = None,
         **bindings: Any,
     ) -> Any:
         """Run a kernel over (width, height) pixels or (x, y, z) voxels; returns a Buffer, or a named tuple of Buffers.
 
         ``work`` tells how dear a pixel or voxel is, relative to other runs, where a parameter decides about that;
         ``turns`` how many turns its loops may take in all. A driver that ends loops earlier refuses: DeviceError.
+        ``progress(fraction)`` stands in for the node's own where a run is a part of the work; ``box`` and ``into`` are
+        those of `Device.run`.
         Raises GraphError for a kernel that the processor does not declare, ShaderError, DeviceError, Cancelled.
         """
         if kernel not in self._processor.kernels:
@@ -116,7 +123,7 @@ class DeviceService:
                 size,
                 defines=defines,
                 check=self._check,
-                progress=self._progress,
+                progress=self._progress if progress is None else progress,
                 work=work,
                 turns=turns,
                 **bindings,

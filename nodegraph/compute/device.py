@@ -5,6 +5,7 @@ A subclass (gl.py, cl.py) says how text is built, how bytes travel, and how one 
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -32,13 +33,18 @@ from nodegraph.compute.dispatch import (
 )
 from nodegraph.compute.language import Layout, Module, OutputDecl, Storage
 from nodegraph.compute.memory import Budget, Entry, Memory
-from nodegraph.compute.storage import Placement, choose
+from nodegraph.compute.storage import Placement, choose, item_bytes
 from nodegraph.compute.strips import boxes, run_in_strips
 from nodegraph.data.buffer import Array, Buffer
 from nodegraph.errors import DeviceError, ParameterError, ShaderError
 
+VOLUME_SHARE = 0.8
+"""Of a device's budget, what one volume may take: pictures, tables and programs want room as well."""
+
 Defines = Mapping[str, int | float | bool]
 Span = tuple[int, int]
+Box = tuple[int, int, int, int]
+"""Pixels (left, top, right, bottom), ends left out."""
 
 
 class Device(ABC):
@@ -86,6 +92,8 @@ class Device(ABC):
         progress: Callable[[float], None] | None = None,
         work: float = 1.0,
         turns: float = 0,
+        box: Box | None = None,
+        into: Sequence[Buffer] = (),
         **bindings: Any,
     ) -> Any:
         """Run a kernel over ``size``, (w, h) pixels or (x, y, z) voxels, and return what it computes.
@@ -96,6 +104,10 @@ class Device(ABC):
         strips and may raise Cancelled; ``progress(fraction)`` after each. ``work`` tells how dear a pixel or voxel is,
         relative to other runs of this kernel, where a parameter decides about that: strips are cut by it. ``turns`` is
         how many turns the loops of one pixel or voxel may take in all, where that may be tens of thousands.
+
+        ``into`` are outputs of an earlier run of this size that nobody else has seen: pixels outside ``box`` are kept,
+        those inside (at the least) are run, and they are the result. All pixels are run, into new ones, where they were
+        read or left the device.
 
         ParameterError for bindings, ShaderError for the kernel, DeviceError when the device cannot.
         """
@@ -139,13 +151,14 @@ class Device(ABC):
                 held.append(entry)
                 slots.append(Slot(entry, placement))
             outputs = []
-            for output in program.layout.outputs:
-                buffer, entry = self.make_output(output, grid, module.entry, label)
+            kept = self._kept(into, program.layout.outputs, grid, module.entry)
+            for i, output in enumerate(program.layout.outputs):
+                buffer, entry = kept[i] if kept else self.make_output(output, grid, module.entry, label)
                 entry.pins += 1
                 held.append(entry)
                 outputs.append((output.name, buffer, entry))
             job = Job(program, module.entry == "voxel", grid, values, slots, [entry.object for _, _, entry in outputs])
-            self._dispatch(job, work, check, progress)
+            self._dispatch(job, work, check, progress, box if kept and box else (0, 0, grid[0], grid[1]))
         finally:
             for entry in held:
                 entry.pins -= 1
@@ -173,6 +186,16 @@ class Device(ABC):
     @working_for.setter
     def working_for(self, path: str) -> None:
         self.memory.node = path
+
+    def fits(self, shape: Sequence[int], dtype: Any) -> bool:
+        """Whether a volume (z, y, x) may lie on this device as a whole, within its budget and its limits."""
+        nbytes = math.prod(shape) * item_bytes(np.dtype(dtype), self.api)
+        limit = self.memory.budget.limit
+        try:
+            self.check_limits(tuple(shape), nbytes, self.name)
+        except DeviceError:
+            return False
+        return limit is None or nbytes <= VOLUME_SHARE * limit
 
     def describe_storage(self, value: Any, kind: str) -> Storage:
         """Return how a Value, Buffer or array would lie on this device as a field of ``kind``; ``loss`` is in it."""
@@ -268,11 +291,9 @@ class Device(ABC):
     def make_output(self, output: OutputDecl, grid: Size, entry_kind: str, label: str) -> tuple[Buffer, Entry]:
         """Allocate one output and the device-born buffer that stands for it."""
         kind = output.type
-        shape = grid[1::-1] if entry_kind == "pixel" else grid[::-1]
-        dtype = {"float": self.real, "int": np.dtype(np.int32), "uint": np.dtype(np.uint32)}[kind.base]
         where = f"{label} ({output.name})" if output.name else label
-        code = f"{dtype.kind}{dtype.itemsize}"
-        placement = Placement(Storage(code, kind.n), shape, kind.n)
+        placement = self._output_placement(output, grid, entry_kind)
+        shape, dtype = placement.shape, placement.dtype
         self.check_limits(shape, placement.nbytes, where)
         self.memory.reserve(placement.nbytes, f"the result of {where}")
         thing, nbytes, release = self._allocate(placement, where)
@@ -291,14 +312,35 @@ class Device(ABC):
         )
         return buffer, resident.entry
 
+    def _output_placement(self, output: OutputDecl, grid: Size, entry_kind: str) -> Placement:
+        kind = output.type
+        dtype = {"float": self.real, "int": np.dtype(np.int32), "uint": np.dtype(np.uint32)}[kind.base]
+        shape = grid[1::-1] if entry_kind == "pixel" else grid[::-1]
+        return Placement(Storage(f"{dtype.kind}{dtype.itemsize}", kind.n), shape, kind.n)
+
+    def _kept(
+        self, into: Sequence[Buffer], outputs: Sequence[OutputDecl], grid: Size, entry_kind: str
+    ) -> list[tuple[Buffer, Entry]]:
+        """Outputs of an earlier run that can be drawn into; none where any of them cannot."""
+        found = []
+        for buffer, output in zip(into, outputs, strict=bool(into)):
+            placement = self._output_placement(output, grid, entry_kind)
+            entry = self.memory.find(buffer, placement.key)
+            if entry is None or entry.purpose != "output" or entry.saved() or buffer.shape[:2] != placement.shape:
+                return []
+            found.append((buffer, entry))
+        return found
+
     def _dispatch(
         self,
         job: Job,
         work: float,
         check: Callable[[], None] | None,
         progress: Callable[[float], None] | None,
+        box: Box,
     ) -> None:
-        width, height, depth = job.size
+        left, top, right, bottom = box
+        width, height, depth = right - left, bottom - top, job.size[2]
         program = job.program
         self._begin(job)
         try:
@@ -309,7 +351,7 @@ class Device(ABC):
 
             def draw(first: int, count: int, x: int = 0, columns: int = width) -> None:
                 for y, rows, z, slices in boxes(first, count, height):
-                    self._draw(job, (x, columns), (y, rows), (z, slices))
+                    self._draw(job, (left + x, columns), (top + y, rows), (z, slices))
                 self.wait()
 
             run_in_strips(

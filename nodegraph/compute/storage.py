@@ -175,6 +175,20 @@ def _element(buffer: Buffer, kind: str, api: str) -> tuple[str, float, int, floa
     return "f4", (_centre(buffer) if kind.startswith("field3") else 0.0), 1, 0.0
 
 
+def item_bytes(dtype: np.dtype[Any], api: str) -> int:
+    """Bytes of a number of a large volume of this type on a device: the storage table, without looking at the data."""
+    if dtype.kind in "iu" and dtype.itemsize <= 2:
+        return dtype.itemsize
+    if dtype.kind == "f" and dtype.itemsize == 2:
+        return 2 if api == "gl" else 4
+    return 8 if api == "cl64" and dtype.itemsize == 8 else 4
+
+
+def share_range(part: Buffer, low: float, high: float) -> None:
+    """Let a part of a volume be stored as the whole, whose least and greatest stored numbers these are."""
+    _ranges[part] = (low, high)
+
+
 def _code(dtype: np.dtype[Any]) -> str:
     return f"{dtype.kind}{dtype.itemsize}"
 

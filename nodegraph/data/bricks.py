@@ -47,18 +47,18 @@ def brick_counts(dims: tuple[int, int, int]) -> tuple[int, int, int]:
     return x, y, z
 
 
-def brick_ranges(volume: Volume) -> NDArray[np.float64]:
+def brick_ranges(volume: Volume, group: int = 1) -> NDArray[np.float64]:
     """Least and greatest real value in each brick of a volume of one component: (bz, by, bx, 2), float64.
 
     Voxels that are not a number count for nothing; a brick that has no others gets (inf, -inf). A brick with an
     infinite voxel gets (-inf, inf). The ranges are wider than the exact ones by what a device that computes in single
     precision, on the volume less its origin, may be off; where nothing is rounded, as in a brick of zeros of a float
     or an unsigned volume, they are exact. Reads some planes of the volume at a time, or a layer of its chunks, and
-    keeps none of them.
+    keeps none of them. Of ``group`` bricks along each axis one range is made: an eighth of the memory for 2.
     """
     if volume.components != 1:
         raise PortError(f"brick_ranges: expected one component, got {volume.components}; choose one of them")
-    stored = _stored_ranges(volume)
+    stored = _stored_ranges(volume) if group == 1 else _grouped(_stored_ranges(volume), group)
     finite = stored[np.isfinite(stored)]
     least, greatest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     scale, offset = volume.mapping.scale, volume.mapping.offset
@@ -209,6 +209,15 @@ def _stored_ranges(volume: Volume) -> Array:
             if 0 < layer and first <= start:
                 _merge(planes[:1], result[layer - 1])  # the plane that two layers share
     return result
+
+
+def _grouped(ranges: Array, group: int) -> Array:
+    """Ranges (bz, by, bx, 2) of boxes of ``group`` bricks an edge."""
+    for axis in range(3):
+        starts = np.arange(0, ranges.shape[axis], group)
+        ends = [u.reduceat(ranges[..., i], starts, axis=axis) for i, u in enumerate((np.fmin, np.fmax))]
+        ranges = np.stack(ends, axis=-1)
+    return ranges
 
 
 def _merge(planes: Array, ranges: Array) -> None:

@@ -2,11 +2,16 @@
 //
 // Segment k is the part of the ray from k to k + 1 steps, counted from the ray's origin, which the host puts a whole
 // number of steps from the eye. The first and the last segment are cut by the volume and by the interval.
+#include "common/blocks.glsl"
 #include "common/camera.glsl"
 #include "common/interval.glsl"
 
 #ifndef INTERVAL
 #define INTERVAL 0      // 1: entry and exit points come as an image
+#endif
+
+#ifndef SPARSE
+#define SPARSE 0        // 1: pixels that are known already are not cast
 #endif
 
 const float FAR = 3.0e38;           // mm, farther than anything
@@ -18,25 +23,68 @@ uniform float step_length;          // mm
 field2 interval;
 uniform float rounding;     // relative, of the distances in it
 #endif
+#if SPARSE
+field2 known;               // above 0 where a pixel need not be cast
+#endif
 struct Result {
     vec4 color;     // linear, premultiplied
     float depth;    // mm along the view axis
+#if CARRIED && defined(SEARCHES_ALL)
+    vec2 best;      // greatest value so far and where it is, mm from the ray's origin
+#endif
 };
+#if CARRIED
+#ifndef SEARCHES_ALL
+field2 carried;                     // colour and depth of what lies before the block
+field2 carried_depth;
 
+Result carried_result(ivec2 at) {
+    return Result(fetch2(carried, at), fetch2(carried_depth, at).x);
+}
+#endif
+
+vec3 whole_size() {
+    return whole;
+}
+
+// Where the bricks that are bound begin.
+vec3 bricks_corner() {
+    return block_bricks;
+}
+#else
+vec3 whole_size() {
+    return vec3(size3(volume));
+}
+
+vec3 bricks_corner() {
+    return vec3(0.0);
+}
+#endif
+
+// A point of the ray, in the index space of what is bound as `volume`.
 vec3 point_at(Ray ray, float t) {
+#if CARRIED
+    return ray.origin + ray.direction * t - corner;
+#else
     return ray.origin + ray.direction * t;
+#endif
 }
 
 // Where the ray is inside the volume and its interval, mm from the ray's origin; nothing where exit <= entry.
 vec2 visible_range(Ray ray, ivec2 at) {
     vec2 range = vec2(-ray.start, FAR);
+#if SPARSE
+    if (fetch2(known, at).x > 0.0) {
+        return vec2(0.0);
+    }
+#endif
 #if INTERVAL
-    vec2 seen = fetch2(interval, at).xy;
+    vec2 seen = fetch2(interval, at * int(camera.stride)).xy;
     if (any(isnan(seen))) {
         return vec2(0.0);
     }
     // Widened by the rounding of the device, so that a proxy that fills the volume ends where the volume does.
     range = max(seen, 0.0) * vec2(1.0 - rounding, 1.0 + rounding) - ray.start;
 #endif
-    return intersect_box(ray.origin, ray.direction, vec3(-0.5), vec3(size3(volume)) - 0.5, range);
+    return intersect_box(ray.origin, ray.direction, vec3(-0.5), whole_size() - 0.5, range);
 }

@@ -225,6 +225,10 @@ Group group_at(Ray ray, float k, float first, float last, vec2 range) {
         cut = false;
     }
     group.front = end_of_segment(ray, group.starts.x);
+#if CARRIED
+    // Those behind the last one belong to another block.
+    group.lengths = mix(group.lengths, vec4(0.0), greaterThan(vec4(k, k + 1.0, k + 2.0, k + 3.0), vec4(last)));
+#endif
     group.one = segment(ray, k, group.starts.x, group.lengths.x, range.y, group.front);
     group.two = segment(ray, k + 1.0, group.starts.y, group.lengths.y, range.y, group.one.back);
     group.three = segment(ray, k + 2.0, group.starts.z, group.lengths.z, range.y, group.two.back);
@@ -237,6 +241,12 @@ Result pixel(ivec2 at) {
     Result result;
     result.color = vec4(0.0);
     result.depth = nothing();
+#if CARRIED
+    result = carried_result(at);
+    if (result.color.w >= ENOUGH) {
+        return result;
+    }
+#endif
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {
         return result;
@@ -244,11 +254,16 @@ Result pixel(ivec2 at) {
     // Segments are counted in floats, which are exact up to 16 million: nothing has to be converted in the loop.
     float first = floor(range.x / step_length);
     float last = ceil(range.y / step_length) - 1.0;
+#if CARRIED
+    vec2 own = segments_of_block(ray.origin, ray.direction, step_length);
+    first = max(first, own.x);
+    last = min(last, own.y);
+#endif
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin, ray.direction, step_length);
+    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
 #endif
 
-    Sum sum = Sum(vec3(0.0), 0.0);
+    Sum sum = Sum(result.color.rgb, result.color.w);
     // The group in which `depth_opacity` is passed, and what was hidden before it.
     vec2 crossing = vec2(-FAR, 0.0);
     float k = first;
@@ -312,7 +327,7 @@ Result pixel(ivec2 at) {
         sum.hidden += rest * run.hidden;
     }
     result.color = vec4(sum.color, sum.hidden);
-    if (sum.hidden >= depth_opacity && sum.hidden > 0.0) {
+    if (sum.hidden >= depth_opacity && sum.hidden > 0.0 && isinf(result.depth)) {
         float wanted = log((1.0 - crossing.y) / (1.0 - depth_opacity));
         float found = FAR;
         vec4 front = end_of_segment(ray, max(crossing.x * step_length, range.x));

@@ -52,19 +52,30 @@ Result pixel(ivec2 at) {
     Result result;
     result.color = vec4(0.0);
     result.depth = nothing();
+#if CARRIED
+    result = carried_result(at);
+    if (result.color.w >= ENOUGH) {
+        return result;
+    }
+#endif
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {
         return result;
     }
     float first = floor(range.x / step_length);
     float end = ceil(range.y / step_length);
+#if CARRIED
+    vec2 own = segments_of_block(ray.origin, ray.direction, step_length);
+    first = max(first, own.x);
+    end = min(end, own.y + 1.0);
+#endif
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin, ray.direction, step_length);
+    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
 #endif
     float per_mm = tolerance / (range.y - range.x);
 
-    vec3 color = vec3(0.0);
-    float hidden = 0.0;
+    vec3 color = result.color.rgb;
+    float hidden = result.color.w;
     float found = -FAR;
     float k = first;
     while (k < end && hidden < ENOUGH) {
@@ -109,7 +120,7 @@ Result pixel(ivec2 at) {
                     color += rest * second * shade(far.rgb, ray, a + 0.75 * part);
                 }
                 float after = hidden + rest * (share + second);
-                if (found < -FAR * 0.5 && after >= depth_opacity) {
+                if (found < -FAR * 0.5 && after >= depth_opacity && isinf(result.depth)) {
                     float wanted = log((1.0 - hidden) / (1.0 - depth_opacity));
                     found = wanted < d0
                         ? a + 0.5 * part * clamp(wanted / d0, 0.0, 1.0)

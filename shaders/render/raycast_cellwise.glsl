@@ -305,6 +305,12 @@ Result pixel(ivec2 at) {
     Result result;
     result.color = vec4(0.0);
     result.depth = nothing();
+#if CARRIED
+    result = carried_result(at);
+    if (result.color.w >= ENOUGH) {
+        return result;
+    }
+#endif
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x) || size1(places) < 1) {
         return result;
@@ -312,10 +318,21 @@ Result pixel(ivec2 at) {
     vec3 per_unit = inverse_of(ray.direction);
     vec3 forward = mix(vec3(0.0), vec3(1.0), greaterThan(per_unit, vec3(0.0)));
     vec3 sense = 2.0 * forward - 1.0;
-    vec3 last = vec3(size3(volume)) - 1.0;
-    Sum sum = Sum(vec3(0.0), 0.0, NEVER);
+    vec3 last = whole_size() - 1.0;
+    vec3 least = vec3(-1.0);
+    vec3 most_cell = last;
+#if CARRIED
+    vec2 own = through_block(ray.origin, ray.direction);
+    range = vec2(max(range.x, own.x), min(range.y, own.y));
+    if (!(range.y > range.x)) {
+        return result;
+    }
+    least = max(block_low, least);
+    most_cell = min(block_high - 1.0, last);
+#endif
+    Sum sum = Sum(result.color.rgb, result.color.w, isinf(result.depth) ? NEVER : -NEVER);
     float t = range.x;
-    vec3 cell = clamp(floor(point_at(ray, t)), vec3(-1.0), last);
+    vec3 cell = clamp(floor(ray.origin + ray.direction * t), least, most_cell);
     // Planes of the axes that the ray crosses next; outside the outermost voxels there are none.
     float steps = 0.0;
     float most = last.x + last.y + last.z + 8.0;
@@ -324,7 +341,7 @@ Result pixel(ivec2 at) {
         float leave = min(exits.x, min(exits.y, exits.z));
         float stop = min(leave, range.y);
 #if SKIP
-        vec3 b = clamp(floor(cell / BRICK), vec3(0.0), vec3(size3(bricks)) - 1.0);
+        vec3 b = clamp(floor((cell - bricks_corner()) / BRICK), vec3(0.0), vec3(size3(bricks)) - 1.0);
         bool seen = fetch3(bricks, ivec3(b)) <= 0.0;
 #else
         bool seen = true;
@@ -347,7 +364,7 @@ Result pixel(ivec2 at) {
     if (t < range.y && sum.hidden < ENOUGH && steps < most) {
         result.color = vec4(uintBitsToFloat(0x7fc00000u));  // the driver ended the loop
     }
-    if (sum.depth < NEVER) {
+    if (abs(sum.depth) < NEVER) {
         result.depth = (ray.start + sum.depth) * ray.cosine;
     }
     return result;

@@ -1,4 +1,5 @@
 // The greatest value along each ray through a scalar volume (Rezk-Salama 2001, R13).
+#define SEARCHES_ALL 1
 #include "common/rays.glsl"
 #include "common/classify.glsl"
 #include "common/bricks.glsl"
@@ -10,6 +11,9 @@
 field1 table;
 uniform vec2 lookup;                // from a value to a place in the table
 uniform float reference_length;     // mm of material that the brightest value stands for
+#if CARRIED
+field2 carried_best;
+#endif
 #if SKIP
 field3v bricks;                     // least and greatest value of each brick
 #endif
@@ -19,17 +23,29 @@ Result pixel(ivec2 at) {
     Result result;
     result.color = vec4(0.0);
     result.depth = nothing();
+#if CARRIED
+    result.best = fetch2(carried_best, at).xy;
+#endif
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {
         return result;
     }
     float first = floor(range.x / step_length);
     float end = ceil(range.y / step_length);
+#if CARRIED
+    vec2 own = segments_of_block(ray.origin, ray.direction, step_length);
+    first = max(first, own.x);
+    end = min(end, own.y + 1.0);
+#endif
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin, ray.direction, step_length);
+    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
 #endif
     float best = -FAR;
     float best_t = 0.0;
+#if CARRIED
+    best = result.best.x;
+    best_t = result.best.y;
+#endif
     float k = first;
     while (k < end) {
 #if SKIP
@@ -60,6 +76,9 @@ Result pixel(ivec2 at) {
             k += 1.0;
         }
     }
+#if CARRIED
+    result.best = vec2(best, best_t);
+#endif
     if (best > -FAR) {
         vec4 matter = classify(table, lookup, best);
         float opacity = -expm1(-matter.w * reference_length);

@@ -58,6 +58,12 @@ Result pixel(ivec2 at) {
     Result result;
     result.color = vec4(0.0);
     result.depth = nothing();
+#if CARRIED
+    result = carried_result(at);
+    if (result.color.w > 0.0) {
+        return result;
+    }
+#endif
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {
         return result;
@@ -65,10 +71,22 @@ Result pixel(ivec2 at) {
     // The surface is looked for at the entry, in the middle of each segment, and at the exit.
     float first = floor(range.x / step_length);
     float end = ceil(range.y / step_length);
-#if SKIP
-    Leaper leaper = leaper_of(ray.origin, ray.direction, step_length);
-#endif
     float before = range.x;
+#if CARRIED
+    vec2 own = segments_of_block(ray.origin, ray.direction, step_length);
+    end = min(end, own.y);
+    if (own.x > first) {
+        // The last point of the block before is outside, or its ray would have ended there.
+        first = own.x;
+        before = clamp((first - 0.5) * step_length, range.x, range.y);
+    }
+    if (end < first) {
+        return result;
+    }
+#endif
+#if SKIP
+    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
+#endif
     float below = surface(ray, before);
     bool hit = below >= 0.0;
     float found = before;
