@@ -1,0 +1,1 @@
+"""The timeline; what it moves is in nodegraph/animation.py."""

@@ -1,0 +1,1 @@
+"""Views of the editor: pictures that are turned, cut, measured and compared."""

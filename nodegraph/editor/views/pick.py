@@ -1,0 +1,94 @@
+"""What is under the cursor: the colour, the depth, the place in the world, the value of a cut."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nodegraph.data import Volume
+from nodegraph.data.space import Vector, transform_points
+from nodegraph.editor.views import navigation as nav
+from nodegraph.editor.views.interactors import CameraInteractor, CutInteractor
+
+if TYPE_CHECKING:
+    from nodegraph.editor.views.view import ViewWidget
+
+GAP = "   "
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pick:
+    """A pixel of a picture.
+
+    pixel: column and row. color: linear, as the picture has it. depth: mm along the view axis, None where nothing is
+    seen or it is not known. id: of a label, None without ids. world: mm, None where it is not known. read: reads the
+    value of what is cut, off the window's thread.
+    """
+
+    pixel: tuple[int, int]
+    color: tuple[float, ...]
+    depth: float | None = None
+    id: int | None = None
+    world: Vector | None = None
+    read: Callable[[], float | None] | None = None
+
+    def text(self, value: float | None = None) -> str:
+        """One line."""
+        parts = [f"{self.pixel[0]}, {self.pixel[1]}", f"{color_name(len(self.color))} {_numbers(self.color, 3)}"]
+        if value is not None:
+            parts.append(f"value {value:.6g}")
+        if self.id is not None:
+            parts.append(f"id {self.id}")
+        if self.depth is not None:
+            parts.append(f"depth {self.depth:.1f} mm")
+        if self.world is not None:
+            parts.append(f"at {_numbers(self.world.tolist(), 1)} mm")
+        return GAP.join(parts)
+
+
+def color_name(channels: int) -> str:
+    """What the numbers of a pixel are called."""
+    return {1: "value", 2: "entry, exit"}.get(channels, "RGBA")
+
+
+def pick(view: ViewWidget, pixel: tuple[int, int]) -> Pick | None:
+    """What a view knows of a pixel of its picture."""
+    if view.shown is None:
+        return None
+    image, size = view.shown.image, view.shown.size
+    column, row = pixel
+    if not (0 <= column < size[0] and 0 <= row < size[1]):
+        return None
+    color = tuple(float(number) for number in image.color[row, column])
+    id = int(image.ids[row, column]) if image.ids is not None else None
+    depth = float(image.depth[row, column]) if image.depth is not None else None
+    if depth is not None and not np.isfinite(depth):
+        depth = None
+    place = (column + 0.5, row + 0.5)
+    if isinstance(view.interactor, CameraInteractor):
+        camera = view.interactor.camera()
+        world = nav.world_at(camera, size, place, depth) if camera is not None and depth is not None else None
+        return Pick(pixel, color, depth, id, world)
+    if isinstance(view.interactor, CutInteractor):
+        plane, height, volume = view.interactor.plane(), view.interactor.height(), view.interactor.volume()
+        if plane is not None and height > 0.0:
+            world = nav.on_plane(plane, height, size, place)
+            read = None if volume is None else (lambda: value_at(volume, world))
+            return Pick(pixel, color, depth, id, world, read)
+    return Pick(pixel, color, depth, id)
+
+
+def value_at(volume: Volume, world: Vector) -> float | None:
+    """The value of the voxel that a point of the world (mm) lies in; None outside. Reads the numbers of a volume."""
+    index = np.floor(transform_points(volume.world_to_index, world) + 0.5).astype(int)
+    data = np.asarray(volume.data)
+    if data.ndim != 3 or (index < 0).any() or (index >= data.shape[::-1]).any():
+        return None
+    return float(data[index[2], index[1], index[0]])
+
+
+def _numbers(numbers: tuple[float, ...] | list[float], digits: int) -> str:
+    return ", ".join(f"{number:.{digits}f}".replace("-", "\N{MINUS SIGN}") for number in numbers)
