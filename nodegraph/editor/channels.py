@@ -20,7 +20,8 @@ class Channel:
     """What is asked for, what runs, and what is asked next.
 
     sink, size: of the question; a size of None is the sink's own. watched: whether every change asks again.
-    running, quality, since: the evaluation under way; ticket: what its answers bear. pending: the quality to ask for when it ends, or empty.
+    running, quality, since: the evaluation under way; ticket: what its answers bear.
+    pending: the quality to ask for when it ends, or empty.
     step: place in SCALES, learnt from what the last interactive pictures cost.
     """
 

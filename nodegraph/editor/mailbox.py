@@ -32,7 +32,7 @@ class Mailbox(QObject):
         self._lock = threading.Lock()
         self._closed = False
         self._evaluations: queue.SimpleQueue[tuple[Evaluation, Callable[[Any], object]] | None] = queue.SimpleQueue()
-        self._workers = ThreadPoolExecutor(1, thread_name_prefix="nodegraph-pictures")
+        self._workers = ThreadPoolExecutor(2, thread_name_prefix="nodegraph-beside")
         self._waiter = threading.Thread(target=self._wait, name="nodegraph-waiter", daemon=True)
         self._woken.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
         self._waiter.start()

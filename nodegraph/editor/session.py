@@ -12,12 +12,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QImage
 
 from nodegraph import workspace
+from nodegraph.commands import Command, SetUI
 from nodegraph.editor.channels import Channel
 from nodegraph.editor.mailbox import Mailbox
 from nodegraph.editor.states import States
@@ -27,9 +28,11 @@ from nodegraph.network import Network, Node
 from nodegraph.report import Event, Report, State
 
 if TYPE_CHECKING:
-    from nodegraph.commands import Command
     from nodegraph.flat import Flat
     from nodegraph.history import History
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,8 @@ class Session(QObject):
         self._states: States
         self._gestures = 0
         # Many commands may come within one event of the mouse; the views are asked once, when it is over.
-        self._soon = QTimer(self, singleShot=True, interval=0)
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
         self._soon.timeout.connect(self._ask_views)
         self._adopt(network if network is not None else Network())
 
@@ -262,7 +266,15 @@ class Session(QObject):
         """Make a small picture of any value of a port off this thread and call back with it, or with None."""
         from nodegraph.editor.previews import picture_of
 
-        self._mail.work(partial(picture_of, value, size), callback)
+        self.work(partial(picture_of, value, size), callback)
+
+    def work(self, function: Callable[[], T], callback: Callable[[T | None], object]) -> None:
+        """Run a function beside the window and call back on the window's thread, with None where it raised."""
+        self._mail.work(function, callback)
+
+    def note(self, key: str, value: Any) -> None:
+        """Keep something about the window in the document's ``ui``; that is no step that anybody would undo."""
+        SetUI("", key, value).apply(self.network)
 
     # -- behind it ----------------------------------------------------------------------------------------------
 
