@@ -1,0 +1,374 @@
+"""One level of the document as a scene. It follows ``session.changed`` and holds nothing that the document has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import QPointF, QRectF, QTimer, Signal
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene
+
+from nodegraph.commands import SetUI
+from nodegraph.editor.canvas.faces import Wire, as_position, face_of, output_port, wires_of
+from nodegraph.editor.canvas.items import BoxItem, WireItem
+from nodegraph.editor.canvas.layout import layered
+from nodegraph.editor.canvas.look import Look
+from nodegraph.editor.canvas.node_item import NodeItem, Status
+from nodegraph.editor.canvas.told import seconds_told
+
+if TYPE_CHECKING:
+    from nodegraph.commands import Command
+    from nodegraph.editor.session import Session
+    from nodegraph.network import Network, Node
+
+BOXES = ("frames", "notes")
+
+
+class CanvasScene(QGraphicsScene):
+    """The nodes, wires, frames and notes of ``session.level``.
+
+    Nodes that have no position in the document stand where the automatic layout puts them, until something of their
+    level is moved (`unplaced` says which these are).
+    """
+
+    rebuilt = Signal()  # another level or document is shown
+    synced = Signal()  # what is shown changed
+
+    def __init__(self, session: Session, palette: QPalette) -> None:
+        super().__init__()
+        self.session = session
+        self.look = Look.of(palette)
+        self.nodes: dict[str, NodeItem] = {}  # by id on this level
+        self.wires: dict[tuple[Wire, int], WireItem] = {}
+        self.boxes: dict[tuple[str, str], BoxItem] = {}
+        self.unplaced: dict[str, tuple[float, float]] = {}
+        self._at: dict[str, list[WireItem]] = {}
+        self._selecting = False
+        self._dragging = False
+        self._structure = -1
+        # A dense scene of moving items is faster without an index tree that is rebuilt at each move.
+        self.setItemIndexMethod(QGraphicsScene.ItemIndexMethod.BspTreeIndex)
+        self._soon = QTimer(self, singleShot=True, interval=0)
+        self._soon.timeout.connect(self.sync)
+        session.changed.connect(self._on_change)
+        session.replaced.connect(self.rebuild)
+        session.entered.connect(self.rebuild)
+        session.selected.connect(self._show_selection)
+        session.states_changed.connect(self.restate)
+        session.started.connect(self._restate_one)
+        session.progressed.connect(self._restate_one)
+        self.selectionChanged.connect(self._tell_selection)
+        self.rebuild()
+
+    # -- the level ----------------------------------------------------------------------------------------------
+
+    @property
+    def level(self) -> Network:
+        """The network that is shown: the document, or the inside of a group."""
+        network = self.session.network
+        path = self.session.level
+        inside = network.node(path).network if path and path in network else None
+        return inside if inside is not None else network
+
+    @property
+    def ui(self) -> dict[str, Any]:
+        """Where the frames and notes of the level are kept."""
+        owner = self.level.owner
+        return owner.ui if owner is not None else self.level.ui
+
+    @property
+    def owner_path(self) -> str:
+        """The path that `SetUI` takes for `ui`."""
+        owner = self.level.owner
+        return owner.path if owner is not None else ""
+
+    def path_of(self, id: str) -> str:
+        return self.level.prefix + id
+
+    def rebuild(self, *_: object) -> None:
+        """Show the level from nothing."""
+        self._selecting = True
+        self.clear()
+        self._selecting = False
+        self.nodes, self.wires, self.boxes, self.unplaced, self._at = {}, {}, {}, {}, {}
+        self.sync()
+        self.rebuilt.emit()
+
+    # -- following the document ---------------------------------------------------------------------------------
+
+    def _on_change(self, commands: list[Command]) -> None:
+        if all(isinstance(command, SetUI) for command in commands):
+            for command in commands:
+                assert isinstance(command, SetUI)
+                self._arrange(command)
+            return
+        if any(command.structural for command in commands):
+            self._soon.start()
+
+    def _arrange(self, command: SetUI) -> None:
+        """Follow one change of what only editors look at."""
+        if command.key in BOXES:
+            if command.path == self.owner_path:
+                self._sync_boxes()
+        elif command.key == "position":
+            prefix = self.level.prefix
+            id = command.path.removeprefix(prefix)
+            item = self.nodes.get(id)
+            if command.path.startswith(prefix) and item is not None and id in self.level.nodes:
+                self._place(self.level.nodes[id], item)
+                self.lead_wires(id)
+
+    def flush(self) -> None:
+        """Bring what waits to be shown up to date now."""
+        if self._soon.isActive():
+            self.sync()
+
+    def sync(self) -> None:
+        """Make items for what is new, remove those of what is gone, and show the rest as it is now."""
+        self._soon.stop()
+        level = self.level
+        self._selecting = True
+        for id in [id for id in self.nodes if id not in level.nodes]:
+            self.removeItem(self.nodes.pop(id))
+            self.unplaced.pop(id, None)
+        for id, node in level.nodes.items():
+            item = self.nodes.get(id)
+            if item is None:
+                item = self.nodes[id] = NodeItem(node.path, face_of(node), self.look, self._status)
+                self.addItem(item)
+            else:
+                item.path = node.path
+                item.show_face(face_of(node))
+        self._find_places(level)
+        for id, node in level.nodes.items():
+            self._place(node, self.nodes[id])
+        self._sync_wires(level)
+        self._sync_boxes()
+        self._selecting = False
+        self._show_selection(self.session.selection)
+        self.synced.emit()
+
+    def _sync_wires(self, level: Network) -> None:
+        wanted: dict[tuple[Wire, int], None] = {}
+        for wire in wires_of(level):
+            twin = 0
+            while (wire, twin) in wanted:
+                twin += 1
+            wanted[wire, twin] = None
+        for key in [key for key in self.wires if key not in wanted]:
+            self.removeItem(self.wires.pop(key))
+        colors: dict[str, tuple[str, bool]] = {}
+        self._at = {id: [] for id in self.nodes}
+        for key in wanted:
+            wire = key[0]
+            item = self.wires.get(key)
+            if item is None:
+                item = self.wires[key] = WireItem(wire, self.look)
+                self.addItem(item)
+            source = wire[0]
+            id, _, output = source.rpartition(".")
+            if source not in colors:
+                port = output_port(level.nodes[id], output) if id in level.nodes else None
+                there = port is not None and any(one.name == output for one in self.nodes[id].face.outputs)
+                colors[source] = (port.color if port is not None else "#d9534f", not there)
+            item.color, item.broken = colors[source]
+            item.muted = id in level.nodes and level.nodes[id].muted
+            for end in {id, wire[1]}:
+                if end in self._at:
+                    self._at[end].append(item)
+            self._lead(item)
+            item.update()
+
+    def _sync_boxes(self) -> None:
+        ui = self.ui
+        wanted: dict[tuple[str, str], dict[str, Any]] = {}
+        for kind in BOXES:
+            stored = ui.get(kind)
+            if isinstance(stored, dict):
+                wanted.update({(kind, key): value for key, value in stored.items() if isinstance(value, dict)})
+        for gone in [key for key in self.boxes if key not in wanted]:
+            self.removeItem(self.boxes.pop(gone))
+        for place, value in wanted.items():
+            item = self.boxes.get(place)
+            if item is None:
+                item = self.boxes[place] = BoxItem(*place, self.look)
+                self.addItem(item)
+            item.show_value(value)
+
+    def restate(self) -> None:
+        """Ask how all nodes stand, when they are painted next."""
+        for item in self.nodes.values():
+            item.restate()
+
+    def _restate_one(self, path: str, *_: object) -> None:
+        prefix = self.level.prefix
+        if path.startswith(prefix):
+            item = self.nodes.get(path.removeprefix(prefix).partition("/")[0])
+            if item is not None:
+                item.restate()
+
+    def _status(self, path: str) -> Status:
+        state = self.session.state(path)
+        words = state.reason.split("\n")[0]
+        fraction = None
+        if state == "clean":
+            seconds = self._seconds(path)
+            words = words or (f"done in {seconds_told(seconds)}" if seconds is not None else "done")
+        elif state == "running":
+            fraction = self._fraction(words)
+            words = f"running, {words}" if words else "running"
+        elif state == "failed":
+            words = words.removeprefix(f"{path}: ")
+            words = f"failed: {words}" if words else "failed"
+        elif state == "blocked":
+            words = words.removeprefix(f"{path}.").removeprefix(f"{path}: ") or "blocked"
+        return Status(str(state), words or str(state), fraction)
+
+    def _seconds(self, path: str) -> float | None:
+        timings = self.session.report.timings
+        if path in timings:
+            return timings[path]
+        inside = [seconds for key, seconds in timings.items() if key.startswith(f"{path}/")]
+        return sum(inside) if inside and self.nodes[path.removeprefix(self.level.prefix)].face.group else None
+
+    def _fraction(self, words: str) -> float | None:
+        try:
+            return float(words.removesuffix("%")) / 100 if words.endswith("%") else 0.0
+        except ValueError:
+            return 0.0
+
+    # -- places -------------------------------------------------------------------------------------------------
+
+    def sizes(self) -> dict[str, tuple[float, float]]:
+        return {id: item.size for id, item in self.nodes.items()}
+
+    def edges(self) -> list[tuple[str, str]]:
+        return [(wire[0].rpartition(".")[0], wire[1]) for wire, _ in self.wires] or [
+            (source.rpartition(".")[0], target) for source, target, _ in wires_of(self.level)
+        ]
+
+    def _find_places(self, level: Network) -> None:
+        """Find places for the nodes that have none in the document and were not seen before."""
+        bare = [id for id, node in level.nodes.items() if as_position(node.ui.get("position")) is None]
+        self.unplaced = {id: place for id, place in self.unplaced.items() if id in bare}
+        new = [id for id in bare if id not in self.unplaced]
+        if not new:
+            return
+        edges = [(source.rpartition(".")[0], target) for source, target, _ in wires_of(level)]
+        if len(new) == len(level.nodes):
+            self.unplaced.update(layered(self.sizes(), edges))
+            return
+        drawn = layered({id: self.nodes[id].size for id in new}, edges)
+        settled = [id for id in level.nodes if id not in new]
+        area = QRectF()
+        for id in settled:
+            place = self._stored(level.nodes[id])
+            area = area.united(QRectF(QPointF(*place), QPointF(*place) + QPointF(*self.nodes[id].size)))
+        left, top = area.left(), area.bottom() + 60
+        self.unplaced.update({id: (x + left, y + top) for id, (x, y) in drawn.items()})
+
+    def _stored(self, node: Node) -> tuple[float, float]:
+        return as_position(node.ui.get("position")) or self.unplaced.get(node.id, (0.0, 0.0))
+
+    def _place(self, node: Node, item: NodeItem) -> None:
+        x, y = self._stored(node)
+        if item.pos() != QPointF(x, y):
+            item.setPos(x, y)
+
+    def lead_wires(self, *ids: str) -> None:
+        """Lead the wires of nodes to where these are now."""
+        for item in dict.fromkeys(item for id in ids for item in self._at.get(id, ())):
+            self._lead(item)
+
+    def _lead(self, item: WireItem) -> None:
+        source, target, name = item.wire
+        id, _, output = source.rpartition(".")
+        if target not in self.nodes:
+            return
+        end = self.nodes[target].anchor(False, name)
+        start = self.nodes[id].anchor(True, output) if id in self.nodes else end - QPointF(60, 0)
+        item.lead(start, end)
+
+    def place_again(self) -> None:
+        """Put everything back to where the document has it, after a drag that came to nothing."""
+        for id, node in self.level.nodes.items():
+            if id in self.nodes:
+                self._place(node, self.nodes[id])
+        self.lead_wires(*self.nodes)
+        self._sync_boxes()
+
+    def content(self) -> QRectF:
+        """The rectangle around everything."""
+        area = QRectF()
+        for item in self.nodes.values():
+            area = area.united(item.body_in_scene())
+        for box in self.boxes.values():
+            area = area.united(box.rect_in_scene())
+        return area
+
+    # -- selection ----------------------------------------------------------------------------------------------
+
+    def chosen(self) -> list[str]:
+        """Ids of the selected nodes of this level, in the order of the document."""
+        return [id for id, item in self.nodes.items() if item.isSelected()]
+
+    def chosen_wires(self) -> list[Wire]:
+        return [item.wire for item in self.wires.values() if item.isSelected()]
+
+    def chosen_boxes(self) -> list[tuple[str, str]]:
+        return [key for key, item in self.boxes.items() if item.isSelected()]
+
+    def choose(self, items: Iterable[QGraphicsItem]) -> None:
+        """Select these items and no others."""
+        wanted = list(items)
+        self._selecting = True
+        self.clearSelection()
+        for item in wanted:
+            item.setSelected(True)
+        self._selecting = False
+        self._tell_selection()
+
+    def _tell_selection(self) -> None:
+        if not self._selecting:
+            self.session.select(*[self.path_of(id) for id in self.chosen()])
+
+    def _show_selection(self, paths: tuple[str, ...]) -> None:
+        if self._selecting:
+            return
+        prefix = self.level.prefix
+        wanted = {path.removeprefix(prefix) for path in paths if path.startswith(prefix)}
+        self._selecting = True
+        for id, item in self.nodes.items():
+            if item.isSelected() != (id in wanted):
+                item.setSelected(id in wanted)
+        self._selecting = False
+
+    # -- appearance ---------------------------------------------------------------------------------------------
+
+    def repaint_in(self, palette: QPalette) -> None:
+        """Take the colours of another palette."""
+        self.look = Look.of(palette)
+        items: list[NodeItem | WireItem | BoxItem] = [*self.nodes.values(), *self.wires.values(), *self.boxes.values()]
+        for item in items:
+            item.look = self.look
+        self.update()
+
+    def light(self, legal: set[tuple[str, str]] | None, output: bool = False) -> None:
+        """Light the ports that a wire may be led to, (id, port), and fade the rest; None ends it."""
+        for id, item in self.nodes.items():
+            if legal is None:
+                item.lit, item.faded = None, False
+            else:
+                item.lit = frozenset((output, port) for owner, port in legal if owner == id)
+                item.faded = not item.lit
+            item.update()
+
+    def find_nodes(self, ids: set[str] | None) -> None:
+        """Fade all nodes but these; None ends it."""
+        for id, item in self.nodes.items():
+            item.faded = ids is not None and id not in ids
+            item.update()
+
+    def background_color(self) -> QColor:
+        return self.look.background

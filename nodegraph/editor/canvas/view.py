@@ -1,0 +1,423 @@
+"""The canvas as it is looked at and worked on: zoom and pan, mouse, keys, drops."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, Qt, Signal
+from PySide6.QtGui import (
+    QContextMenuEvent,
+    QDragEnterEvent,
+    QDragMoveEvent,
+    QDropEvent,
+    QHelpEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsView, QToolTip
+
+from nodegraph.editor.canvas.drags import BandDrag, Drag, MoveDrag, PanDrag, ResizeDrag, WireDrag
+from nodegraph.editor.canvas.edits import CanvasEdits
+from nodegraph.editor.canvas.items import BoxItem, WireItem
+from nodegraph.editor.canvas.look import GRID
+from nodegraph.editor.canvas.node_item import NodeItem
+from nodegraph.editor.canvas.scene import CanvasScene
+from nodegraph.editor.canvas.told import node_tip, port_tip
+
+MIME = "application/x-nodegraph-processor"
+LEAST, MOST = 0.08, 3.0
+
+
+class GraphView(QGraphicsView):
+    """Shows a `CanvasScene`. What needs a menu or a field is asked for by signals; `CanvasView` answers them."""
+
+    moved = Signal()  # another part is seen
+    wants_menu = Signal(QPoint, object)  # where on the screen, the item there or None
+    wants_processors = Signal(QPointF, object)  # where in the scene; (id, port, whether an output) or None
+    wants_parameters = Signal(QPointF, str, str, object)  # where, source, target id, names
+    wants_rename = Signal(object)  # node or box item
+    wants_find = Signal()
+
+    def __init__(self, scene: CanvasScene, edits: CanvasEdits) -> None:
+        super().__init__(scene)
+        self.canvas_scene = scene
+        self.edits = edits
+        self.drag: Drag | None = None
+        self.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self.setTransformationAnchor(QGraphicsView.ViewportAnchor.NoAnchor)
+        self.setResizeAnchor(QGraphicsView.ViewportAnchor.NoAnchor)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.SmartViewportUpdate)
+        self.setOptimizationFlag(QGraphicsView.OptimizationFlag.DontSavePainterState, False)
+        self.setFrameShape(QGraphicsView.Shape.NoFrame)
+        self.setSceneRect(QRectF(-50000, -50000, 100000, 100000))
+        self.setMouseTracking(True)
+        self.setAcceptDrops(True)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self._pan: PanDrag | None = None
+        self._space = False
+        scene.synced.connect(self._end_drag)
+        scene.rebuilt.connect(self._end_drag)
+
+    # -- where ----------------------------------------------------------------------------------------------------
+
+    @property
+    def zoom(self) -> float:
+        return self.transform().m11()
+
+    def pixels(self, away: QPointF) -> float:
+        """Length in pixels of a way in the scene."""
+        return float((away.x() ** 2 + away.y() ** 2) ** 0.5 * self.zoom)
+
+    def zoom_by(self, factor: float, at: QPointF | None = None) -> None:
+        """Zoom so that a pixel of the viewport, by default the middle, keeps what it shows."""
+        where = at if at is not None else QPointF(self.viewport().rect().center())
+        new = max(LEAST, min(MOST, self.zoom * factor))
+        before = self.mapToScene(where.toPoint())
+        self.scale(new / self.zoom, new / self.zoom)
+        after = self.mapToScene(where.toPoint())
+        away = (after - before) * self.zoom
+        self.pan(-away.x(), -away.y())
+
+    def pan(self, x: float, y: float) -> None:
+        """Move what is seen by pixels."""
+        self.horizontalScrollBar().setValue(self.horizontalScrollBar().value() + round(x))
+        self.verticalScrollBar().setValue(self.verticalScrollBar().value() + round(y))
+        self.moved.emit()
+
+    def show_rect(self, rect: QRectF) -> None:
+        """Zoom and pan so that a rectangle of the scene is seen, never larger than life."""
+        if rect.isEmpty():
+            return
+        room = rect.adjusted(-40, -40, 40, 40)
+        view = self.viewport().rect()
+        factor = min(view.width() / room.width(), view.height() / room.height(), 1.0)
+        self.resetTransform()
+        self.scale(max(LEAST, factor), max(LEAST, factor))
+        self.centerOn(room.center())
+        self.moved.emit()
+
+    def fit(self) -> None:
+        """Show what is selected, or everything."""
+        scene = self.canvas_scene
+        scene.flush()
+        area = QRectF()
+        for id in scene.chosen():
+            area = area.united(scene.nodes[id].body_in_scene())
+        self.show_rect(area if not area.isEmpty() else scene.content())
+
+    def seen(self) -> QRectF:
+        """The rectangle of the scene that is seen."""
+        return self.mapToScene(self.viewport().rect()).boundingRect()
+
+    def cursor_point(self) -> QPointF:
+        """The point of the scene below the mouse; the middle of what is seen while the mouse is elsewhere."""
+        here = self.viewport().mapFromGlobal(self.cursor().pos())
+        return self.mapToScene(here) if self.viewport().rect().contains(here) else self.seen().center()
+
+    # -- what is there ----------------------------------------------------------------------------------------------
+
+    def node_at(self, point: QPointF, reach: float = 10.0) -> NodeItem | None:
+        """The node at a point, or whose port is near."""
+        near = QRectF(point.x() - reach, point.y() - reach, 2 * reach, 2 * reach)
+        found = [
+            item
+            for item in self.canvas_scene.items(near, Qt.ItemSelectionMode.IntersectsItemBoundingRect)
+            if isinstance(item, NodeItem)
+        ]
+        for item in found:
+            if item.body().contains(point - item.pos()):
+                return item
+        return next((item for item in found if item.port_at(point, reach) is not None), None)
+
+    def item_at(self, point: QPointF) -> NodeItem | WireItem | BoxItem | None:
+        """The uppermost thing at a point."""
+        node = self.node_at(point)
+        if node is not None:
+            return node
+        for item in self.canvas_scene.items(point):
+            if isinstance(item, (WireItem, BoxItem)):
+                return item
+        return None
+
+    def wire_for(self, id: str) -> WireItem | None:
+        """The wire below the title of a node that the node fits into."""
+        body = self.canvas_scene.nodes[id].body_in_scene()
+        middle = QRectF(body.left() + 10, body.top(), body.width() - 20, body.height())
+        for item in self.canvas_scene.items(middle, Qt.ItemSelectionMode.IntersectsItemShape):
+            if isinstance(item, WireItem) and self.edits.can_insert(id, item.wire) is not None:
+                return item
+        return None
+
+    def offer_processors(self, point: QPointF, id: str, port: str, output: bool) -> None:
+        self.wants_processors.emit(point, (id, port, output))
+
+    def offer_parameters(self, point: QPointF, source: str, target: str, names: list[str]) -> None:
+        self.wants_parameters.emit(point, source, target, names)
+
+    # -- mouse ----------------------------------------------------------------------------------------------------
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self.canvas_scene.flush()
+        point = self.mapToScene(event.position().toPoint())
+        middle = event.button() == Qt.MouseButton.MiddleButton
+        left = event.button() == Qt.MouseButton.LeftButton
+        if middle or (left and self._space):
+            self._pan = PanDrag(self, event.position())
+            self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
+        elif left and self.drag is None:
+            self.drag = self._begin(point, event.modifiers())
+        event.accept()
+
+    def _begin(self, point: QPointF, modifiers: Qt.KeyboardModifier) -> Drag:
+        """The drag that a press begins; what it selects is selected now."""
+        add = bool(modifiers & (Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier))
+        scene, item = self.canvas_scene, self.item_at(point)
+        if isinstance(item, NodeItem):
+            port = item.port_at(point)
+            if port is not None:
+                return self._begin_wire(item, port.name, port.output, point)
+            self._press_on(item, add)
+            if modifiers & Qt.KeyboardModifier.AltModifier:
+                scene.choose([item])
+                self.edits.pull_out(item.face.id)
+            return MoveDrag(self, point)
+        if isinstance(item, WireItem):
+            self._press_on(item, add)
+            return Drag(self, point)
+        if isinstance(item, BoxItem):
+            self._press_on(item, add)
+            return ResizeDrag(self, point, item) if item.is_grip(point) else MoveDrag(self, point)
+        if not add:
+            scene.choose(())
+        return BandDrag(self, point, add)
+
+    def _press_on(self, item: QGraphicsItem, add: bool) -> None:
+        chosen = self.canvas_scene.selectedItems()
+        if add:
+            item.setSelected(not item.isSelected())
+        elif item not in chosen:
+            self.canvas_scene.choose([item])
+
+    def _begin_wire(self, item: NodeItem, name: str, output: bool, point: QPointF) -> Drag:
+        """From an output or an empty input a new wire; from a wired input its last wire is picked up."""
+        sources = () if output else self.canvas_scene.level.nodes[item.face.id].inputs.get(name, ())
+        if sources:
+            id, _, port = sources[-1].rpartition(".")
+            if id in self.canvas_scene.nodes:
+                return WireDrag(self, point, id, port, True, taken=(sources[-1], item.face.id, name))
+        return WireDrag(self, point, item.face.id, name, output)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._pan is not None:
+            self._pan.pan(event.position())
+        elif self.drag is not None:
+            self.drag.move(self.mapToScene(event.position().toPoint()), event.modifiers())
+        else:
+            self._show_cursor(self.mapToScene(event.position().toPoint()))
+        event.accept()
+
+    def _show_cursor(self, point: QPointF) -> None:
+        item = self.item_at(point)
+        shape = Qt.CursorShape.ArrowCursor
+        if self._space:
+            shape = Qt.CursorShape.OpenHandCursor
+        elif isinstance(item, NodeItem) and item.port_at(point) is not None:
+            shape = Qt.CursorShape.CrossCursor
+        elif isinstance(item, BoxItem) and item.is_grip(point):
+            shape = Qt.CursorShape.SizeFDiagCursor
+        self.viewport().setCursor(shape)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        if self._pan is not None and event.button() in (Qt.MouseButton.MiddleButton, Qt.MouseButton.LeftButton):
+            self._pan = None
+            self.viewport().setCursor(Qt.CursorShape.ArrowCursor)
+        elif self.drag is not None and event.button() == Qt.MouseButton.LeftButton:
+            drag, self.drag = self.drag, None
+            drag.drop(self.mapToScene(event.position().toPoint()), event.modifiers())
+        event.accept()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        point = self.mapToScene(event.position().toPoint())
+        item = self.item_at(point)
+        if event.button() != Qt.MouseButton.LeftButton:
+            return
+        if isinstance(item, NodeItem) and item.port_at(point) is None:
+            if item.face.group and not item.title_rect().contains(point - item.pos()):
+                self.edits.session.enter(item.path)
+            else:
+                self.wants_rename.emit(item)
+        elif isinstance(item, BoxItem):
+            self.wants_rename.emit(item)
+        elif item is None:
+            self.wants_processors.emit(point, None)
+        event.accept()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+            step = event.angleDelta()
+            self.pan(-(step.x() or step.y()), 0)
+        else:
+            self.zoom_by(1.0015 ** event.angleDelta().y(), event.position())
+        event.accept()
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        self.canvas_scene.flush()
+        item = self.item_at(self.mapToScene(event.pos()))
+        if item is not None and not item.isSelected():
+            self.canvas_scene.choose([item])
+        self.wants_menu.emit(event.globalPos(), item)
+        event.accept()
+
+    def _end_drag(self) -> None:
+        """The document changed below a drag: what it was about may be gone."""
+        if self.drag is not None:
+            drag, self.drag = self.drag, None
+            drag.cancel()
+
+    # -- keys -------------------------------------------------------------------------------------------------------
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape and self.drag is not None:
+            self._end_drag()
+        elif event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
+            self._space = True
+            self.viewport().setCursor(Qt.CursorShape.OpenHandCursor)
+        elif event.key() in _ARROWS:
+            self._arrow(*_ARROWS[event.key()], event.modifiers())
+        else:
+            event.ignore()
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
+            self._space = False
+            self.viewport().setCursor(Qt.CursorShape.ArrowCursor)
+        else:
+            event.ignore()
+
+    def _arrow(self, x: int, y: int, modifiers: Qt.KeyboardModifier) -> None:
+        """Move what is selected by a step of the grid; with Alt choose the next node that way; else pan."""
+        scene = self.canvas_scene
+        chosen = scene.chosen()
+        if modifiers & Qt.KeyboardModifier.AltModifier:
+            self._choose_next(x, y)
+        elif chosen:
+            away = QPointF(x, y) * (1.0 if modifiers & Qt.KeyboardModifier.ShiftModifier else GRID)
+            places = {id: scene.nodes[id].pos() + away for id in chosen}
+            self.edits.place({id: (place.x(), place.y()) for id, place in places.items()})
+        else:
+            self.pan(60 * x, 60 * y)
+
+    def _choose_next(self, x: int, y: int) -> None:
+        """Select the nearest node in a direction from the selected one, or from the middle."""
+        scene = self.canvas_scene
+        chosen = scene.chosen()
+        start = scene.nodes[chosen[0]].body_in_scene().center() if chosen else self.seen().center()
+        best: tuple[float, NodeItem] | None = None
+        for id, item in scene.nodes.items():
+            away = item.body_in_scene().center() - start
+            ahead, aside = away.x() * x + away.y() * y, abs(away.x() * y) + abs(away.y() * x)
+            if id in chosen or ahead <= 0:
+                continue
+            cost = ahead + 2 * aside
+            if best is None or cost < best[0]:
+                best = (cost, item)
+        if best is not None:
+            scene.choose([best[1]])
+            self.ensureVisible(best[1].body_in_scene(), 40, 40)
+            self.moved.emit()
+
+    # -- drops from the palette -------------------------------------------------------------------------------------
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        self._welcome(event)
+
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
+        self._welcome(event)
+
+    def _welcome(self, event: QDragMoveEvent) -> None:
+        if event.mimeData().hasFormat(MIME):
+            event.setDropAction(Qt.DropAction.CopyAction)
+            event.accept()
+        else:
+            event.ignore()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        if not event.mimeData().hasFormat(MIME):
+            event.ignore()
+            return
+        text = bytes(event.mimeData().data(MIME).data()).decode()
+        self.drop_processor(text, self.mapToScene(event.position().toPoint()))
+        event.setDropAction(Qt.DropAction.CopyAction)
+        event.accept()
+
+    def drop_processor(self, type: str, point: QPointF) -> str | None:
+        """Add a node with its title under a point; over a wire that it fits into, it goes into the wire."""
+        with self.edits.session.gesture("add"):
+            id = self.edits.add(type, point - QPointF(70, 18))
+            if id is not None:
+                over = self.wire_for(id)
+                if over is not None:
+                    self.edits.insert(id, over.wire)
+        self.setFocus()
+        return id
+
+    # -- the rest -----------------------------------------------------------------------------------------------------
+
+    def viewportEvent(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
+            text = self.tip_at(self.mapToScene(event.pos()))
+            if text:
+                QToolTip.showText(event.globalPos(), text, self.viewport())
+            else:
+                QToolTip.hideText()
+            return True
+        return super().viewportEvent(event)
+
+    def tip_at(self, point: QPointF) -> str:
+        """The tooltip of what is at a point."""
+        item = self.item_at(point)
+        scene = self.canvas_scene
+        if isinstance(item, NodeItem):
+            node = scene.level.nodes[item.face.id]
+            port = item.port_row_at(point)
+            return port_tip(scene.session, node, port) if port is not None else node_tip(scene.session, node)
+        if isinstance(item, WireItem):
+            id, _, output = item.wire[0].rpartition(".")
+            if id in scene.nodes:
+                port = next((port for port in scene.nodes[id].face.outputs if port.name == output), None)
+                if port is not None:
+                    return port_tip(scene.session, scene.level.nodes[id], port)
+            return f"This wire leads from {item.wire[0]}, which does not exist."
+        return ""
+
+    def drawBackground(self, painter: QPainter, rect: QRectF | QRect) -> None:
+        look = self.canvas_scene.look
+        painter.fillRect(rect, look.background)
+        step = GRID if self.zoom > 0.6 else GRID * 5 if self.zoom > 0.2 else 0.0
+        if not step:
+            return
+        painter.setPen(look.grid)
+        left, top = step * (rect.left() // step), step * (rect.top() // step)
+        columns, rows = int(rect.width() / step) + 2, int(rect.height() / step) + 2
+        size = 2.0 / self.zoom
+        points = [QPointF(left + i * step, top + j * step) for i in range(columns) for j in range(rows)]
+        pen = painter.pen()
+        pen.setWidthF(size)
+        pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+        painter.setPen(pen)
+        painter.drawPoints(points)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.moved.emit()
+
+
+_ARROWS: dict[int, tuple[int, int]] = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, -1),
+    Qt.Key.Key_Down: (0, 1),
+}
