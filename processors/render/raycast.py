@@ -5,9 +5,11 @@ import math
 import numpy as np
 
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
+from nodegraph.compute import blockwise
 from nodegraph.data import Image, Mapping, Volume, bricks, preintegration
 from nodegraph.errors import DeviceError, PortError
 from nodegraph.ports import channels, has_components
+from nodegraph.requests import Request, coarseness
 
 MODES = ("composite", "maximum", "first_hit", "iso")
 SURFACES = ("composite", "first_hit", "iso")
@@ -16,6 +18,7 @@ KERNELS = {
     "composite": "render/raycast", "cellwise": "render/raycast_cellwise", "adaptive": "render/raycast_adaptive",
     "first_hit": "render/raycast_surface", "iso": "render/raycast_surface", "maximum": "render/raycast_maximum",
 }  # fmt: skip
+ENLARGE, SPARSE = "render/enlarge", "render/sparse"
 UNBOUNDED = (KERNELS["cellwise"], KERNELS["adaptive"])
 """Kernels whose turns of loops are not known beforehand; where a ray was not cast to its end they return NaN."""
 MOSTLY_VISIBLE = 0.95
@@ -48,7 +51,7 @@ class Raycast(Processor):
     Orhun 2004, OR-61.
     """
 
-    kernels = tuple(dict.fromkeys(KERNELS.values()))
+    kernels = (*dict.fromkeys(KERNELS.values()), ENLARGE, SPARSE)
 
     volume = Input(Volume, doc="Scalar field.", accepts=[has_components(1)])
     gradient = Input(
@@ -104,6 +107,12 @@ class Raycast(Processor):
         0.999, min=0.5, max=1.0, quality="higher", reference=1.0, visible_if={"mode": "composite"},
         doc="A ray ends when it has hidden this much; the error is at most 1 - termination. 1 casts all of it.",
     )  # fmt: skip
+    pixel_tolerance = Float(
+        0.0, min=0.0, max=1.0, soft_max=0.1, quality="lower", reference=0.0,
+        doc="Every fourth pixel of every fourth row is cast first; where these agree within this, in colour and as a "
+        "share in depth, those between are interpolated. It bounds the error where nothing seen is narrower than four "
+        "pixels: that may pass between them. 0 casts all.",
+    )  # fmt: skip
     skip = Bool(True, doc="Leave out what cannot be seen, by bricks of 4 voxels. It changes nothing but the time.")
     gradients = Choice(
         "automatic", "on_the_fly", "precomputed", visible_if={"lit": True, "mode": SURFACES},
@@ -130,13 +139,25 @@ class Raycast(Processor):
     )
 
     def needs(self, size, quality, wanted, params):
-        return {} if params["lit"] and params["mode"] in SURFACES else {"gradient": None}
+        exact = params["mode"] == "composite" and params["integrator"] == "cellwise"
+        small, _ = coarser(size, None if exact else params["step"], coarseness(quality))
+        # What is above the interval has the size that is cast to go by, and must not be made coarser once more.
+        asked = {} if small == size else {"interval": Request(small, "final")}
+        return asked if params["lit"] and params["mode"] in SURFACES else asked | {"gradient": None}
 
     def process(
         self, volume, gradient, interval, mode, camera, transfer_function, integrator, step, order, tolerance,
-        table_size, pair_table_size, termination, skip, gradients, depth_opacity, hit_extinction, iso_value, iso_color,
-        lit, light, ambient, diffuse, specular, shininess, *, size, device, memo, explain,
+        table_size, pair_table_size, termination, pixel_tolerance, skip, gradients, depth_opacity, hit_extinction,
+        iso_value, iso_color, lit, light, ambient, diffuse, specular, shininess,
+        *, size, quality, device, memo, explain,
+        progress,
     ):  # fmt: skip
+        whole = size
+        if interval is None or interval.size != whole:
+            # An interval of the whole size, as a script may bring it, leaves no choice.
+            exact = mode == "composite" and integrator == "cellwise"
+            size, longer = coarser(whole, None if exact else step, coarseness(quality))
+            step = longer or step
         if interval is not None and interval.size != size:
             raise PortError(f"interval: expected {size[0]}x{size[1]} pixels, got {interval.size[0]}x{interval.size[1]}")
         if gradient is not None and not gradient.is_same_grid(volume):
@@ -147,9 +168,9 @@ class Raycast(Processor):
         steps = max(0.0, math.floor(volume.distance_from(camera) / step_length) - 1.0)
         # Values are taken relative to one of the field's own, for the same reason.
         level = volume.origin
+        streamed = blockwise.is_needed(volume, device)
         bindings = {
             "volume": volume.less(level),
-            "camera": camera.rays(size, volume.world_to_index, steps * step_length),
             "step_length": step_length,
         }
         defines = {"INTERVAL": interval is not None}
@@ -162,7 +183,7 @@ class Raycast(Processor):
             to_eye = camera.eye_to_world[:3, :3].T
             if gradient is None:
                 to_eye = to_eye @ volume.world_to_index[:3, :3].T
-                if gradients == "precomputed":
+                if gradients == "precomputed" and not streamed:
                     gradient = memo(index_gradient, volume)
                     explain(f"gradients are precomputed: {gradient.summary()}")
                 else:
@@ -203,8 +224,9 @@ class Raycast(Processor):
             defines |= {"ISO": mode == "iso"}
         defines |= {"FINITE": volume.dtype.kind in "iu"}
 
+        visible = ranges = None
         if skip:
-            ranges = memo(value_ranges, volume)
+            ranges = memo(value_ranges, volume, blockwise.GROUP) if streamed else memo(value_ranges, volume)
             if mode == "maximum":
                 bindings |= {"bricks": ranges.less(level)}
                 defines |= {"SKIP": True}
@@ -212,7 +234,11 @@ class Raycast(Processor):
                 what = integrator if mode == "composite" else mode
                 rows = pair_table_size if what in ("preintegrated", "adaptive") else table_size
                 least = {"first_hit": hit_extinction, "iso": iso_value}.get(what, 0.0)
-                found = memo(leaps, ranges, function, what, rows, least, level)
+                if streamed:
+                    ranges, visible = None, memo(visible_groups, ranges, function, what, rows, least, level)
+                    found = visible
+                else:
+                    found = memo(leaps, ranges, function, what, rows, least, level)
                 if found is None:
                     explain("bricks are not asked for: nearly all of them can be seen")
                     if kernel == KERNELS["composite"]:
@@ -226,13 +252,81 @@ class Raycast(Processor):
         # How many turns of loops a ray may take at most, as some drivers count (branches are printed as loops).
         turns = samples * (4 if lit and mode == "composite" else 2) + 100
         work = max(samples / 500.0, 0.1)
-        result = device.run(kernel, size, defines=defines, work=work, turns=turns, **bindings)
+
+        if streamed:
+            explain("the volume does not fit: it is read and rendered block by block, front to back")
+            for name in ("volume", "gradient", "bricks"):
+                bindings.pop(name, None)
+            reach = step_length * float(np.linalg.norm(volume.world_to_index[:3, :3], axis=1).max())
+            spans = (
+                {"midpoint": 0.0, "cellwise": 0.0}
+                if mode == "composite"
+                else {integrator: 0.0 if mode == "maximum" else 1.5}
+            )
+            blocks = blockwise.Cast(
+                kernel, size, volume, camera, defines, bindings,
+                visible=None if visible is None else blockwise.each_brick(visible, volume.dims),
+                ranges=None if ranges is None else ranges.data,
+                gradient=gradient if lit else None,
+                span=reach * spans.get(integrator, 0.5), margin=1.5 * reach, differences=lit and gradient is None,
+                level=level, hides=bindings.get("termination", 1.0), carries_best=mode == "maximum",
+            )  # fmt: skip
+
+        def cast(grid, stride=1, **known):
+            """Rays of every ``stride``-th pixel of every such row; with ``known`` only where that is 0."""
+            rays = camera.rays(size, volume.world_to_index, steps * step_length, stride)
+            if streamed:
+                return blockwise.render(blocks, device, progress, camera=rays, work=work, turns=turns)
+            named = {"defines": defines | {"SPARSE": bool(known)}, "work": work, "turns": turns}
+            return device.run(kernel, grid, camera=rays, **named, **known, **bindings)
+
+        result = (
+            cast_sparsely(cast, device, size, pixel_tolerance) if pixel_tolerance > 0.0 and not streamed else cast(size)
+        )
         if kernel in UNBOUNDED and "turns" in device.limits and np.isnan(result.color.array).any():
             raise DeviceError(
                 f"{integrator}: this driver ends loops after {device.limits['turns']} turns, too early for some rays; "
                 "use a greater step or tolerance, another integrator, or --device cl"
             )
+        if size != whole:
+            result = device.run(ENLARGE, whole, color=result.color, depth=result.depth, full=whole)
         return Image(result.color, result.depth)
+
+
+def coarser(size, step, n):
+    """Size (w, h) and step, voxels, with about one n-th of the work. The step is None where there is none.
+
+    Short steps grow up to a voxel; the rest is saved in pixels, which loses less than longer steps would.
+    """
+    if n == 1:
+        return size, step
+    growth = min(math.sqrt(n), max(1.0, 1.0 / step)) if step else 1.0
+    height = max(1, round(size[1] / math.sqrt(n / growth)))
+    return (math.ceil(size[0] * height / size[1]), height), step and step * growth
+
+
+def cast_sparsely(cast, device, size, tolerance):
+    """Cast every fourth pixel of every fourth row, then every second, then all, but where those around agree.
+
+    ``cast(grid, stride, known)`` casts the rays of a grid of pixels. Source: Orhun 2004, OR-60.
+    """
+    stride = 4
+    found = cast(_grid(size, stride), stride, known=np.zeros((1, 1, 1), device.real))
+    while stride > 1:
+        coarse, stride = _grid(size, stride), stride // 2
+        grid = _grid(size, stride)
+        corners = {"color": found.color, "depth": found.depth}
+        even = device.run(SPARSE, coarse, defines={"PHASE": 0}, tolerance=tolerance, **corners)
+        guess = device.run(SPARSE, grid, defines={"PHASE": 1}, known=even, **corners)
+        seen = cast(grid, stride, known=guess.known)
+        guessed = {"color": guess.color, "depth": guess.depth, "known": guess.known}
+        found = device.run(SPARSE, grid, defines={"PHASE": 2}, cast_color=seen.color, cast_depth=seen.depth, **guessed)
+    return found
+
+
+def _grid(size, stride):
+    """How many pixels (w, h) lie at multiples of a stride."""
+    return tuple((n - 1) // stride + 1 for n in size)
 
 
 def _tabulated(function, rows, level):
@@ -254,13 +348,19 @@ def _gauss(order):
     return {"nodes": nodes, "weights": weights, "before": before.ravel()}
 
 
-def value_ranges(volume):
-    """Least and greatest real value of each brick of a volume, as a volume of two components."""
-    return Volume(bricks.brick_ranges(volume))
+def value_ranges(volume, group=1):
+    """Least and greatest real value of each brick of a volume, or group of bricks, as a volume of two components."""
+    return Volume(bricks.brick_ranges(volume, group))
 
 
 def leaps(ranges, function, what, rows, least, level):
     """How far a ray may leap from each brick, as a volume; None where it is not worth asking."""
+    visible = visible_groups(ranges, function, what, rows, least, level)
+    return None if visible is None else Volume(bricks.brick_distances(visible))
+
+
+def visible_groups(ranges, function, what, rows, least, level):
+    """The bricks, or groups of bricks, in which something can be seen; None where it is not worth asking."""
     values = ranges.data
     if what == "iso":
         visible = bricks.visible_above(values, least, level)
@@ -271,9 +371,7 @@ def leaps(ranges, function, what, rows, least, level):
     else:
         threshold = np.nextafter(np.float32(least), np.float32(-1.0)) if what == "first_hit" else 0.0
         visible = bricks.visible_bricks(values, function.table(rows), function.lookup(rows), threshold)
-    if visible.mean() > MOSTLY_VISIBLE:
-        return None
-    return Volume(bricks.brick_distances(visible))
+    return None if visible.mean() > MOSTLY_VISIBLE else visible
 
 
 def index_gradient(volume):

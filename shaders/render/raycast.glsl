@@ -166,7 +166,8 @@ vec3 light_on(Ray ray, float k, float start, float length, vec4 front, Segment p
     float rest = back.w * exp(-part.depth);
     vec3 near = shade(front.rgb, ray, start);
     vec3 far = shade(back.rgb, ray, start + length);
-    return (near * front.w + far * rest) / (front.w + rest);
+    // What lies behind may be hidden to the last digit.
+    return front.w + rest > 0.0 ? (near * front.w + far * rest) / (front.w + rest) : near;
 #endif
 #if INTEGRATOR == 2
     return shade(part.color, ray, start + 0.5 * length);
@@ -179,7 +180,7 @@ vec3 light_on(Ray ray, float k, float start, float length, vec4 front, Segment p
         sum += nodes.weights[i] * shade(nodes.colors[i], ray, start + NODE[i] * length);
         weights += nodes.weights[i];
     }
-    return sum / weights;
+    return weights > 0.0 ? sum / weights : part.color;
 #endif
 }
 #endif

@@ -7,7 +7,9 @@ from typing import Any
 from nodegraph import registry
 
 
-def call(id: str, device: Any = None, size: tuple[int, int] | None = None, **values: Any) -> Any:
+def call(
+    id: str, device: Any = None, size: tuple[int, int] | None = None, *, quality: str = "final", **values: Any
+) -> Any:
     """Run ``process`` with the declared defaults for what is not given; ``wanted`` is everything."""
     cls = registry.find(id)
     arguments = dict.fromkeys(cls.inputs)
@@ -15,7 +17,7 @@ def call(id: str, device: Any = None, size: tuple[int, int] | None = None, **val
     unknown = set(values) - set(arguments)
     assert not unknown, f"{id} declares no {unknown}"
     arguments |= values
-    services = {"size": size, "device": device, "wanted": frozenset(cls.outputs), "quality": "final"}
+    services = {"size": size, "device": device, "wanted": frozenset(cls.outputs), "quality": quality}
     services["progress"] = lambda fraction, text="": None
     services["memo"] = lambda function, *args, disk=False: function(*args)
     services["workspace"] = lambda path: ""

@@ -1,0 +1,206 @@
+"""What the ray-caster leaves out on request: levels of quality, sparse pixels, the early end of rays."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nodegraph import registry
+from nodegraph.data import Camera, Light, Mapping, TransferFunction, Volume
+from nodegraph.data.space import affine, centred
+from nodegraph.network import Network
+from nodegraph.plan import plan
+from nodegraph.requests import LEVELS, level
+from tests.support.calls import call
+
+SIZE = (53, 45)
+CAMERA = Camera(eye=(30.0, -150.0, 40.0), target=(0, 0, 0), field_of_view=24.0)
+FLAT = Camera(eye=(30.0, -150.0, 40.0), target=(0, 0, 0), projection="orthographic", height=64.0)
+RAMP = TransferFunction([(0.0, (0.1, 0.2, 0.9), 0.0), (0.3, (0.9, 0.3, 0.1), 0.0), (1.0, (0.9, 0.8, 0.6), 0.4)])
+INTEGRATORS = ("midpoint", "trapezoid", "preintegrated", "gauss2", "gauss3", "adaptive", "cellwise")
+
+
+def render(device, volume, camera=CAMERA, tf=RAMP, size=SIZE, **params):
+    params = {"lit": False, "termination": 1.0, "step": 1.0} | params
+    return call("render.raycast", device, size, volume=volume, camera=camera, transfer_function=tf, **params)
+
+
+def blob(n=24, width=0.18):
+    """A ball with soft edges: exp(-r^2 / 2 w^2) in a cube of 48 mm."""
+    at = ((np.arange(n) + 0.5) / n - 0.5) * 48.0
+    z, y, x = np.meshgrid(at, at, at, indexing="ij")
+    data = np.exp(-(x**2 + y**2 + 1.7 * z**2) / (2 * (48.0 * width) ** 2)).astype(np.float32)
+    return Volume(data, centred((n, n, n), [48.0 / n] * 3))
+
+
+# -- levels of quality --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("camera", [CAMERA, FLAT], ids=["perspective", "orthographic"])
+@pytest.mark.parametrize("n", LEVELS[:4])
+def test_a_coarser_picture_shows_the_same_view_in_the_size_that_was_asked_for(device, camera, n):
+    """A smooth scene loses little, at sizes that no fraction divides; shifted by a pixel it would lose more."""
+    volume = blob()
+    final = render(device, volume, camera, step=0.5)
+    coarse = render(device, volume, camera, step=0.5, quality=level(n))
+    assert coarse.size == final.size == SIZE
+    assert coarse.color.dtype == final.color.dtype
+    lost = np.sqrt(np.mean((coarse.color - final.color) ** 2))
+    shifted = [np.roll(coarse.color, by, axis) for axis in (0, 1) for by in (-1, 1)]
+    assert 0.0 < lost < 0.009 * math.sqrt(n)
+    assert lost < 0.8 * min(np.sqrt(np.mean((other - final.color) ** 2)) for other in shifted)
+
+
+def test_depth_of_a_coarse_picture_is_that_of_a_ray(gl):
+    """Two planes one behind the other: no depth lies between them."""
+    data = np.zeros((16, 16, 16), np.float32)
+    data[:8, 3] = 1.0
+    data[:, 12] = 1.0
+    image = render(gl, Volume(data), FLAT.with_(eye=(0, -150, 0), height=14.0), mode="iso", quality="interactive/8")
+    depth = image.depth[np.isfinite(image.depth)]
+    assert np.all((np.abs(depth - 145.0) <= 0.5) | (np.abs(depth - 154.0) < 0.01))
+    assert np.ptp(depth) > 8.0
+
+
+def test_the_work_falls_with_the_level():
+    """Pixels times samples are about one n-th, whatever the step, and the picture keeps its shape."""
+    coarser = vars(__import__("sys").modules[registry.find("render.raycast").__module__])["coarser"]
+    for step in (0.05, 0.5, 1.0, 3.0, None):
+        for n in (1, *LEVELS):
+            (width, height), longer = coarser((1024, 640), step, n)
+            samples = 1.0 if step is None else step / longer
+            assert width * height * samples == pytest.approx(1024 * 640 / n, rel=0.03)
+            assert width / height == pytest.approx(1.6, rel=0.01)
+            assert step is None or longer <= max(step, 1.0) * (1 + 1e-12)
+    assert coarser((3, 1), 1.0, 64) == ((3, 1), 1.0)
+    assert coarser((1, 1000), 1.0, 64) == ((1, 125), 1.0)
+
+
+def test_entry_points_are_asked_for_in_the_size_that_is_cast(engine):
+    network = Network()
+    network.add("source.synthetic", "volume", voxels=(16, 16, 16), extent=(40, 40, 40))
+    network.add("geometry.proxy_box", "box")
+    network.add("render.entry_exit_points", "points")
+    network.add("render.raycast", "raycast", step=1.0, lit=False)
+    for source, target in (
+        ("volume.volume", "box.volume"), ("box.geometry", "points.geometry"), ("volume.volume", "raycast.volume"),
+        ("points.interval", "raycast.interval"),
+    ):  # fmt: skip
+        network.connect(source, target)
+    for one in ("points", "raycast"):
+        network.link(f"{one}.camera", "camera")
+    network.set("camera", CAMERA)
+    pictures = {}
+    for quality, expected in (("final", (64, 48)), ("interactive/4", (32, 24))):
+        tasks = plan(network.flatten(), ["raycast"], size=(64, 48), quality=quality).tasks
+        asked = next(task for task in tasks if task.path == "points")
+        assert (asked.size, asked.quality) == (expected, "final")
+        report = engine.evaluate(network, "raycast", size=(64, 48), quality=quality)
+        report.raise_first()
+        pictures[quality] = report.values["raycast", "image"].color
+    without = call_without_interval(engine, network)
+    assert np.abs(pictures["interactive/4"] - without).max() < 2e-5
+
+
+def call_without_interval(engine, network):
+    network.disconnect("raycast.interval")
+    report = engine.evaluate(network, "raycast", size=(64, 48), quality="interactive/4")
+    report.raise_first()
+    return report.values["raycast", "image"].color
+
+
+# -- sparse pixels ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("camera", [CAMERA, FLAT], ids=["perspective", "orthographic"])
+def test_every_fourth_ray_is_the_same_ray(device, camera):
+    """With a tolerance that nothing keeps, in noise that fills the view, all pixels are cast, and none differs."""
+    data = np.random.default_rng(5).random((30, 30, 30)).astype(np.float32)
+    volume = Volume(data, centred((30, 30, 30), (3.0, 3.0, 4.0)))
+    fog = TransferFunction([(0.0, (0.1, 0.2, 0.9), 0.01), (1.0, (0.9, 0.8, 0.6), 0.1)])
+    near = camera.with_(field_of_view=10.0, height=30.0)
+    for size in (SIZE, (1, 1), (4, 3), (5, 2)):
+        every = render(device, volume, near, fog, size=size)
+        sparse = render(device, volume, near, fog, size=size, pixel_tolerance=1e-12)
+        assert np.abs(sparse.color - every.color).max() < 2e-6
+        assert np.allclose(sparse.depth, every.depth, rtol=2e-6)
+
+
+@pytest.mark.parametrize("tolerance", [0.03, 0.1])
+@pytest.mark.parametrize("mode", ["composite", "maximum", "first_hit"])
+def test_scenes_wider_than_the_grid_keep_the_tolerance(device, mode, tolerance):
+    """Checks: Orhun 2004, OR-60: at most the tolerance of difference, fewer rays."""
+    volume, near = blob(), CAMERA.with_(field_of_view=6.0)
+    tf = RAMP if mode == "composite" else TransferFunction([(0.0, (0, 0, 0), 0.0), (1.0, (1, 1, 1), 0.8)])
+    size = (160, 128)
+    every = render(device, volume, near, tf, size, mode=mode)
+    sparse = render(device, volume, near, tf, size, mode=mode, pixel_tolerance=tolerance)
+    guessed = np.any(sparse.color != every.color, axis=2)
+    assert np.abs(sparse.color - every.color).max() <= tolerance
+    assert guessed.mean() > 0.02
+    both = np.isfinite(every.depth) & np.isfinite(sparse.depth)
+    assert np.all(np.abs(sparse.depth[both] - every.depth[both]) <= tolerance * every.depth[both])
+
+
+def test_what_is_thinner_than_the_grid_may_be_lost_and_is_found_where_it_meets_a_corner(gl):
+    """The limit that the parameter tells of: a wire between the rows that are cast is not seen."""
+    data = np.zeros((40, 3, 40), np.float32)
+    data[:, 1, 18] = 1.0
+    camera = Camera(eye=(0, -100, 0), target=(0, 0, 0), projection="orthographic", height=40.0)
+    tf = TransferFunction([(0.0, (1, 1, 1), 0.0), (0.4, (1, 1, 1), 0.0), (0.6, (1, 1, 1), 0.9)])
+    size = (40, 40)
+    shown = {}
+    for tolerance in (0.0, 0.05):
+        picture = render(gl, Volume(data), camera, tf, size=size, step=0.5, pixel_tolerance=tolerance)
+        shown[tolerance] = np.flatnonzero(picture.color[8:32, :, 3].max(axis=0) > 0.3)
+    assert shown[0.0].tolist() == [18]
+    assert shown[0.05].tolist() == []
+    moved = Volume(data, np.diag([1.0, 1.0, 1.0, 1.0]) @ affine((1, 1, 1), (-17.5, -1.0, -19.5)))
+    assert np.flatnonzero(
+        render(gl, moved, camera, tf, size=size, step=0.5, pixel_tolerance=0.05).color[8:32, :, 3].max(axis=0) > 0.3
+    ).tolist() == [20]
+
+
+# -- the early end of rays ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lit", [False, True], ids=["dark", "lit"])
+@pytest.mark.parametrize("name", ["gl", "cl"])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_ray_that_ends_early_errs_by_at_most_what_was_left(request, name, integrator, lit):
+    """Random volumes, transfer functions and cameras. Without gloss nothing is brighter than its colour, at most 1."""
+    device = request.getfixturevalue(name)
+    ended = []
+
+    @settings(max_examples=6, deadline=None, database=None, derandomize=True)
+    @given(
+        seed=st.integers(0, 2**31), threshold=st.sampled_from([0.5, 0.8, 0.95, 0.999]),
+        step=st.sampled_from([0.3, 1.0, 2.5]), orthographic=st.booleans(),
+    )  # fmt: skip
+    def check(seed, threshold, step, orthographic):
+        rng = np.random.default_rng(seed)
+        n = rng.integers(4, 9, 3)
+        volume = Volume(
+            rng.random(n).astype(np.float32), centred(n[::-1], rng.uniform(1.0, 4.0, 3)), Mapping(3.0, -1.0)
+        )
+        places = np.sort(rng.uniform(-1.0, 2.0, 4))
+        tf = TransferFunction([(v, tuple(rng.random(3)), rng.choice([0.0, 0.3, 0.97])) for v in places])
+        away = rng.standard_normal(3)
+        eye = 60.0 * away / np.linalg.norm(away)
+        camera = Camera(eye=eye.tolist(), target=(0, 0, 0), up=np.roll(eye, 1).tolist(), field_of_view=30.0)
+        if orthographic:
+            camera = camera.with_(projection="orthographic", height=30.0)
+        scene = {"integrator": integrator, "step": step, "order": 2, "tolerance": 0.01, "depth_opacity": 0.3}
+        scene |= {"lit": lit, "ambient": 0.2, "diffuse": 0.8, "specular": 0.0, "light": Light()}
+        whole = render(device, volume, camera, tf, size=(16, 12), termination=1.0, **scene)
+        ends = render(device, volume, camera, tf, size=(16, 12), termination=threshold, **scene)
+        difference = whole.color - ends.color
+        assert difference.max() <= 1.0 - threshold + 2e-6
+        assert difference.min() >= -2e-6  # what is behind adds light and takes none
+        ended.append(float(difference.max()))
+
+    check()
+    assert max(ended) > 1e-3  # some rays did end
