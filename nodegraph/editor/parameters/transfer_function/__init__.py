@@ -1,0 +1,1 @@
+"""The transfer-function editor: histogram, keys, colours, presets."""

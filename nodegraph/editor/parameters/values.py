@@ -1,0 +1,212 @@
+"""Camera, Light, Plane: values that are made of several parts, each with an entry of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
+
+from nodegraph import data
+from nodegraph.editor.parameters.color import ColorField
+from nodegraph.editor.parameters.field import Field, is_shortcut
+from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, ink
+from nodegraph.editor.parameters.numbers import NumberEntry, NumberField, stepped
+from nodegraph.editor.parameters.simple import ChoiceField
+from nodegraph.errors import GraphError
+from nodegraph.params import Choice, Color, Float, Parameter
+
+VIEWS = (
+    # name, where the eye is seen from the target, up: LPS, as a radiologist sees a patient
+    ("Front", (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+    ("Back", (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    ("Left", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    ("Right", (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    ("Head", (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)),
+    ("Feet", (0.0, 0.0, -1.0), (0.0, -1.0, 0.0)),
+)
+
+
+class Parts(Field):
+    """A field made of rows, each for one attribute of an immutable value."""
+
+    wide = True
+
+    def __init__(self, declaration: Parameter, place: Any = None, parent: QWidget | None = None) -> None:
+        super().__init__(declaration, place, parent)
+        self.value: Any = declaration.default
+        self.rows = QGridLayout(self)
+        self.rows.setContentsMargins(0, 0, 0, 0)
+        self.rows.setHorizontalSpacing(GAP)
+        self.rows.setVerticalSpacing(4)
+        self.rows.setColumnStretch(1, 1)
+        self.captions: dict[str, QLabel] = {}
+        self.fields: dict[str, Field] = {}
+        self.vectors: dict[str, list[NumberEntry]] = {}
+
+    def add_row(self, name: str, caption: str, widget: QWidget | QHBoxLayout) -> None:
+        label = QLabel(caption)
+        label.setFixedHeight(ROW_HEIGHT)
+        label.setStyleSheet(f"color: {ink(self.palette(), 0.75).name()}")
+        self.captions[name] = label
+        row = self.rows.rowCount()
+        self.rows.addWidget(label, row, 0)
+        if isinstance(widget, QWidget):
+            self.rows.addWidget(widget, row, 1)
+        else:
+            self.rows.addLayout(widget, row, 1)
+
+    def add_field(self, name: str, caption: str, field: Field) -> None:
+        """A row whose widget is that of another kind."""
+        field.edited.connect(lambda value: self._replace(name, value))
+        for signal in ("began", "ended", "cancelled", "refused"):
+            getattr(field, signal).connect(getattr(self, signal))
+        self.fields[name] = field
+        self.add_row(name, caption, field)
+
+    def add_vector(self, name: str, caption: str, unit: str = "") -> None:
+        """A row of three numbers."""
+        line = QHBoxLayout()
+        line.setSpacing(4)
+        self.vectors[name] = []
+        for place, axis in enumerate("xyz"):
+            entry = NumberEntry()
+            entry.setAccessibleName(f"{caption} {axis}")
+            entry.entered.connect(lambda value, place=place: self._replace_number(name, place, value))
+            entry.stepped.connect(lambda notches, place=place: self._step(name, place, notches))
+            entry.misread.connect(self.refused)
+            entry.installEventFilter(self)
+            self.vectors[name].append(entry)
+            line.addWidget(entry)
+        self.add_row(name, f"{caption}, {unit}" if unit else caption, line)
+
+    def show_value(self, value: Any) -> None:
+        self.value = value
+        if value is None:
+            return
+        for name, field in self.fields.items():
+            field.show_value(getattr(value, name))
+        for name, entries in self.vectors.items():
+            for entry, number in zip(entries, getattr(value, name), strict=True):
+                entry.show_number(number)
+
+    def offer(self, make: Callable[[], Any], step: bool = False) -> None:
+        """Report the value that ``make`` makes, or why there is none."""
+        try:
+            value = make()
+        except GraphError as error:
+            self.refused.emit(str(error))
+            self.show_value(self.value)
+            return
+        (self.step_to if step else self.edited.emit)(value)
+
+    def changed(self, **attributes: Any) -> Any:
+        """The value with other attributes."""
+        return type(self.value)(**{**self.value.to_json(), **attributes}, where=self.declaration.name or "value")
+
+    def _replace(self, name: str, value: Any) -> None:
+        self.offer(lambda: self.changed(**{name: value}))
+
+    def _replace_number(self, name: str, place: int, value: Any, step: bool = False) -> None:
+        numbers = list(getattr(self.value, name))
+        numbers[place] = value
+        self.offer(lambda: self.changed(**{name: numbers}), step)
+
+    def _step(self, name: str, place: int, notches: float) -> None:
+        self._replace_number(name, place, stepped(_FREE, getattr(self.value, name)[place], notches), step=True)
+
+    def eventFilter(self, watched: Any, event: QEvent) -> bool:
+        if is_shortcut(event) or event.type() == QEvent.Type.FocusOut:
+            self.settle()
+        return super().eventFilter(watched, event)
+
+    def show_row(self, name: str, visible: bool) -> None:
+        """Show or hide the row of an attribute."""
+        self.captions[name].setVisible(visible)
+        for widget in (self.fields.get(name), *self.vectors.get(name, ())):
+            if widget is not None:
+                widget.setVisible(visible)
+
+
+_FREE = Float(0.0, doc="A number without limits.")
+
+
+class CameraField(Parts):
+    """Eye, target, up and lens; and the six views along the axes of the patient."""
+
+    def __init__(self, declaration: Parameter, place: Any = None, parent: QWidget | None = None) -> None:
+        super().__init__(declaration, place, parent)
+        self.buttons: dict[str, QPushButton] = {}
+        line = QHBoxLayout()
+        line.setSpacing(3)
+        for name, direction, up in VIEWS:
+            button = QPushButton(name)
+            button.setFixedHeight(ROW_HEIGHT)
+            button.setMinimumWidth(24)
+            button.setToolTip(f"Look from the {name.lower()}, at the same distance")
+            button.setStyleSheet("padding: 0 2px")
+            button.clicked.connect(lambda _=False, d=direction, u=up: self.offer(lambda: self._from(d, u)))
+            self.buttons[name] = button
+            line.addWidget(button)
+        self.rows.addLayout(line, self.rows.rowCount(), 0, 1, 2)
+        projection = Choice(*data.camera.PROJECTIONS, doc="Projection.")
+        self.add_field("projection", "Projection", ChoiceField(projection))
+        angle = Float(30.0, min=1e-3, max=179.0, soft_min=5.0, soft_max=120.0, unit="deg", doc="Field of view.")
+        self.add_field("field_of_view", "Field of view", NumberField(angle))
+        height = Float(300.0, min=1e-9, unit="mm", doc="Height of an orthographic picture.")
+        self.add_field("height", "Height", NumberField(height))
+        self.add_vector("eye", "Eye", "mm")
+        self.add_vector("target", "Target", "mm")
+        self.add_vector("up", "Up")
+
+    def show_value(self, value: Any) -> None:
+        super().show_value(value)
+        if value is not None:
+            self.show_row("field_of_view", not value.orthographic)
+            self.show_row("height", value.orthographic)
+
+    def _from(self, direction: tuple[float, float, float], up: tuple[float, float, float]) -> Any:
+        distance = float(np.linalg.norm(np.subtract(self.value.eye, self.value.target)))
+        eye = np.asarray(self.value.target) + distance * np.asarray(direction)
+        return self.changed(eye=[float(f"{part:.9g}") for part in eye], up=list(up))
+
+
+class LightField(Parts):
+    """Kind of lamp, what it is fixed to, where it is, its colour and intensity."""
+
+    def __init__(self, declaration: Parameter, place: Any = None, parent: QWidget | None = None) -> None:
+        super().__init__(declaration, place, parent)
+        self.add_field("type", "Lamp", ChoiceField(Choice(*data.light.KINDS, doc="Kind of lamp.")))
+        self.add_field("frame", "Fixed to", ChoiceField(Choice(*data.light.FRAMES, doc="What it is fixed to.")))
+        self.add_vector("position", "From")
+        self.add_field("color", "Colour", ColorField(Color((1.0, 1.0, 1.0), max=None, doc="Colour.")))
+        intensity = Float(1.0, min=0.0, soft_max=2.0, doc="Intensity.")
+        self.add_field("intensity", "Intensity", NumberField(intensity))
+
+    def show_value(self, value: Any) -> None:
+        super().show_value(value)
+        if value is not None:
+            self.captions["position"].setText("From, mm" if value.type == "point" else "From")
+
+
+class PlaneField(Parts):
+    """A point of the plane, its normal, and the three planes of the patient."""
+
+    def __init__(self, declaration: Parameter, place: Any = None, parent: QWidget | None = None) -> None:
+        super().__init__(declaration, place, parent)
+        self.buttons: dict[str, QPushButton] = {}
+        line = QHBoxLayout()
+        line.setSpacing(4)
+        for name, normal in (("Axial", (0, 0, -1)), ("Coronal", (0, -1, 0)), ("Sagittal", (1, 0, 0))):
+            button = QPushButton(name)
+            button.setFixedHeight(ROW_HEIGHT)
+            button.clicked.connect(
+                lambda _=False, n=normal: self.offer(lambda: self.changed(normal=[float(part) for part in n]))
+            )
+            self.buttons[name] = button
+            line.addWidget(button)
+        self.rows.addLayout(line, self.rows.rowCount(), 0, 1, 2)
+        self.add_vector("origin", "Through", "mm")
+        self.add_vector("normal", "Normal")
