@@ -96,8 +96,7 @@ class CommandPalette(QFrame):
                 item.setForeground(column, self.palette().placeholderText())
             item.setTextAlignment(2, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             self.list.addTopLevelItem(item)
-        if self._found:
-            self.list.setCurrentItem(self.list.topLevelItem(0))
+        self._move_to(0)
 
     def found(self) -> list[str]:
         """Texts of what is listed."""
@@ -105,7 +104,7 @@ class CommandPalette(QFrame):
 
     def do_current(self) -> None:
         """Do the entry that is marked, and close."""
-        row = self.list.indexOfTopLevelItem(self.list.currentItem()) if self.list.currentItem() else -1
+        row = self._row()
         self.close_it()
         if 0 <= row < len(self._found):
             self._found[row].act()
@@ -121,7 +120,7 @@ class CommandPalette(QFrame):
         if watched is self.field and isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             step = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1, Qt.Key.Key_PageDown: 8, Qt.Key.Key_PageUp: -8}
             if event.key() in step:
-                self._move(step[Qt.Key(event.key())])
+                self._move_to(self._row() + step[Qt.Key(event.key())])
                 return True
             if event.key() == Qt.Key.Key_Escape:
                 self.close_it()
@@ -132,11 +131,14 @@ class CommandPalette(QFrame):
             self._place()
         return super().eventFilter(watched, event)
 
-    def _move(self, step: int) -> None:
-        count = self.list.topLevelItemCount()
-        if count:
-            row = self.list.indexOfTopLevelItem(self.list.currentItem())
-            self.list.setCurrentItem(self.list.topLevelItem(max(0, min(count - 1, row + step))))
+    def _row(self) -> int:
+        item = self.list.currentItem()
+        return self.list.indexOfTopLevelItem(item) if item is not None else -1
+
+    def _move_to(self, row: int) -> None:
+        item = self.list.topLevelItem(max(0, min(len(self._found) - 1, row)))
+        if item is not None:
+            self.list.setCurrentItem(item)
 
     def _place(self) -> None:
         parent = self.parentWidget()

@@ -19,7 +19,8 @@ from nodegraph.flat import ProcessorClass
 EMPTY = """
 <h2>Getting around</h2>
 <p>Select a node, or a processor in the palette, to read here what it does.</p>
-<p><b>Build.</b> Drag processors from the palette onto the canvas and drag from an output to an input. What fits lights up.</p>
+<p><b>Build.</b> Drag processors from the palette onto the canvas, and drag from an output to an input. What fits lights
+up.</p>
 <p><b>See.</b> A node <i>View</i> opens its own panel. Everything that you change is shown at once.</p>
 <p><b>Find.</b> <code>Ctrl+K</code> finds every command, processor and node by its name.</p>
 <p><b>Undo.</b> <code>Ctrl+Z</code> takes back anything; a drag is one step.</p>

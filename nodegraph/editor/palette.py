@@ -107,6 +107,11 @@ class Palette(QWidget):
             found += [str(item.data(0, _ID)) for item in _children(home) if not item.isHidden()]
         return found
 
+    def ids(self) -> list[str]:
+        """Ids of all entries that can be added."""
+        tops = [self.tree.topLevelItem(place) for place in range(self.tree.topLevelItemCount())]
+        return [str(item.data(0, _ID)) for home in tops for item in _children(home) if not item.isDisabled()]
+
     def _choose_current(self) -> None:
         item = self.tree.currentItem()
         if item is not None:

@@ -1,0 +1,127 @@
+"""The commands of the window: their words, icons, keys, and what they do. Menus and the command palette list them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QKeySequence
+
+from nodegraph.editor import theme
+from nodegraph.editor.canvas.menus import ACTIONS as CANVAS
+
+if TYPE_CHECKING:
+    from nodegraph.editor.window import Window
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """One command. act: a method of the window, or of the canvas where ``canvas`` is said."""
+
+    act: str
+    text: str
+    icon: str = ""
+    key: str = ""
+    canvas: bool = False
+
+
+def _on_canvas(act: str, icon: str = "") -> Told:
+    words, key = CANVAS[act]
+    return Told(act, words, icon, key, canvas=True)
+
+
+MENUS: dict[str, tuple[Told | None, ...]] = {
+    "&File": (
+        Told("new", "New", "new", "Ctrl+N"),
+        Told("open_dialog", "Open ...", "open", "Ctrl+O"),
+        Told("recent", "Open recent"),
+        None,
+        Told("save", "Save", "save", "Ctrl+S"),
+        Told("save_as", "Save as ...", "", "Ctrl+Shift+S"),
+        None,
+        Told("show_welcome", "Examples"),
+        None,
+        Told("close", "Quit", "", "Ctrl+Q"),
+    ),
+    "&Edit": (
+        Told("undo", "Undo", "undo", "Ctrl+Z"),
+        Told("redo", "Redo", "redo", "Ctrl+Shift+Z"),
+        None,
+        _on_canvas("cut", "cut"),
+        _on_canvas("copy", "copy"),
+        _on_canvas("paste", "paste"),
+        _on_canvas("duplicate", "duplicate"),
+        _on_canvas("delete_selection", "delete"),
+        None,
+        _on_canvas("select_all"),
+        _on_canvas("find", "search"),
+    ),
+    "&Network": (
+        _on_canvas("add_node", "node"),
+        _on_canvas("add_note"),
+        _on_canvas("add_frame"),
+        None,
+        _on_canvas("mute", "mute"),
+        _on_canvas("rename_selection"),
+        _on_canvas("group", "group"),
+        _on_canvas("ungroup", "ungroup"),
+        None,
+        _on_canvas("layout_all"),
+        Told("retry", "Try again what failed", "retry", "F5"),
+    ),
+    "&View": (
+        _on_canvas("fit", "fit"),
+        _on_canvas("toggle_minimap"),
+        None,
+        Told("panels", "Panels"),
+        Told("reset_layout", "Put the panels back"),
+        None,
+        Told("toggle_theme", "Light or dark", "theme", "Ctrl+Shift+L"),
+        Told("toggle_full_screen", "Full screen", "full_screen", "Ctrl+F11"),
+    ),
+    "&Help": (
+        Told("open_commands", "All commands ...", "commands", "Ctrl+K"),
+        Told("show_help", "Help", "info", "F1"),
+    ),
+}
+SUBMENUS = ("recent", "panels")
+BAR = ("new", "open_dialog", "save", None, "undo", "redo", None, "mute", "group", "fit", None, "retry")
+
+
+def make(window: Window) -> dict[str, QAction]:
+    """Make the actions and fill the menu bar. The canvas hears its own keys itself, and only when it is used."""
+    made: dict[str, QAction] = {}
+    for title, entries in MENUS.items():
+        menu = window.menuBar().addMenu(title)
+        for told in entries:
+            if told is None:
+                menu.addSeparator()
+            elif told.act in SUBMENUS:
+                window.submenus[told.act] = menu.addMenu(told.text)
+            else:
+                action = made[told.act] = menu.addAction(told.text)
+                action.setObjectName(told.act)
+                action.setProperty("icon_name", told.icon)
+                if told.key:
+                    action.setShortcut(QKeySequence(told.key))
+                if told.canvas:
+                    action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+                action.triggered.connect(_call(window, told))
+    made["close"].setMenuRole(QAction.MenuRole.QuitRole)
+    return made
+
+
+def paint(window: Window, actions: dict[str, QAction]) -> None:
+    """Give every action its icon in the colours of the theme."""
+    for action in actions.values():
+        if name := action.property("icon_name"):
+            action.setIcon(theme.icon(name, window.palette()))
+
+
+def _call(window: Window, told: Told) -> Callable[[], None]:
+    def act() -> None:
+        getattr(window.canvas if told.canvas else window, told.act)()
+
+    return act

@@ -1,0 +1,61 @@
+"""Starting the editor."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import QByteArray, QTimer
+from PySide6.QtWidgets import QApplication
+
+from nodegraph.editor import theme
+from nodegraph.editor.recovery import lost_documents
+from nodegraph.editor.session import Session
+from nodegraph.editor.settings import Settings
+from nodegraph.editor.window import Window
+from nodegraph.engine import Engine
+
+
+def application() -> QApplication:
+    """The program's one QApplication, made on first use."""
+    app = QApplication.instance()
+    if not isinstance(app, QApplication):
+        app = QApplication(sys.argv[:1])
+        app.setApplicationName("nodegraph")
+        app.setDesktopFileName("nodegraph")
+    return app
+
+
+def open_window(file: Path | None = None, device: str = "auto", settings: Settings | None = None) -> Window:
+    """Make the window and show it: with a file, or with the page that offers some."""
+    app = application()
+    settings = settings if settings is not None else Settings()
+    chosen = settings.get("theme", "system")
+    theme.apply(app, chosen if chosen in theme.THEMES else "system")
+    window = Window(Session(engine=Engine(device)), settings)
+    geometry = settings.get("geometry")
+    if isinstance(geometry, str):
+        window.restoreGeometry(QByteArray.fromBase64(geometry.encode()))
+    window.show()
+    if file is not None:
+        window.open_file(file)
+    else:
+        window.show_welcome()
+    window.offer(lost_documents())
+    return window
+
+
+def run(file: Path | None = None, device: str = "auto") -> int:
+    """Run the editor until its window closes."""
+    app = application()
+    window = open_window(file, device)
+    # Python hears Ctrl-C only when it is awake.
+    signal.signal(signal.SIGINT, lambda *_: window.close())
+    awake = QTimer()
+    awake.timeout.connect(lambda: None)
+    awake.start(200)
+    return int(app.exec())
+
+
+__all__ = ["application", "open_window", "run"]

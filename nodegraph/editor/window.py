@@ -1,0 +1,444 @@
+"""The window: the canvas in the middle, panels around it, and the commands that belong to no panel."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QByteArray, QEvent, QSize, Qt, QTimer
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QIcon
+from PySide6.QtWidgets import (
+    QApplication,
+    QDockWidget,
+    QFileDialog,
+    QMainWindow,
+    QMenu,
+    QMessageBox,
+    QStackedWidget,
+    QTabWidget,
+    QToolBar,
+    QWidget,
+)
+
+from nodegraph.editor import actions, theme
+from nodegraph.editor.canvas import CanvasView
+from nodegraph.editor.command_palette import CommandPalette, Entry
+from nodegraph.editor.console import Console
+from nodegraph.editor.help import Help
+from nodegraph.editor.messages import Messages
+from nodegraph.editor.palette import Palette
+from nodegraph.editor.parameters import ParameterPanel
+from nodegraph.editor.profile import Profile
+from nodegraph.editor.recovery import Autosave, Lost
+from nodegraph.editor.session import Session
+from nodegraph.editor.settings import Settings
+from nodegraph.editor.status import Banner, Status
+from nodegraph.editor.views.view import ViewDock
+from nodegraph.editor.welcome import Welcome
+from nodegraph.errors import GraphError
+
+LAYOUT = "window"
+"""Key of the document's ``ui`` that holds where the panels are."""
+FILES = "Workspaces and pictures that carry one (*.json *.png *.exr)"
+LEFT, RIGHT, BOTTOM = (
+    Qt.DockWidgetArea.LeftDockWidgetArea,
+    Qt.DockWidgetArea.RightDockWidgetArea,
+    Qt.DockWidgetArea.BottomDockWidgetArea,
+)
+
+
+class Window(QMainWindow):
+    """One document in a window. It owns the session and closes it."""
+
+    def __init__(self, session: Session | None = None, settings: Settings | None = None) -> None:
+        super().__init__()
+        self.session = session if session is not None else Session()
+        self.settings = settings if settings is not None else Settings()
+        self.autosave = Autosave(self.session)
+        self.submenus: dict[str, QMenu] = {}
+        self.docks: dict[str, QDockWidget] = {}
+        self.views: list[ViewDock] = []
+        self.box: QMessageBox | QFileDialog | None = None
+        self._leaving = False
+        self.setWindowIcon(QIcon(str(Path(__file__).parent / "icons" / "app.svg")))
+        self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.AllowNestedDocks)
+        self.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
+        self.setAcceptDrops(True)
+        self.resize(1440, 900)
+
+        self.welcome = Welcome(self.session, lambda: self.settings.recent)
+        self.canvas = CanvasView(self.session)
+        self.middle = QStackedWidget()
+        self.middle.addWidget(self.welcome)
+        self.middle.addWidget(self.canvas)
+        self.setCentralWidget(self.middle)
+        self.palette_panel = Palette(self.session)
+        self.parameters = ParameterPanel(self.session)
+        self.help = Help(self.session)
+        self.messages = Messages(self.session)
+        self.profile = Profile(self.session)
+        self.console = Console(self.session)
+        self._add_dock("palette", "Processors", self.palette_panel, LEFT)
+        self._add_dock("parameters", "Parameters", self.parameters, RIGHT)
+        self._add_dock("help", "Help", self.help, RIGHT)
+        self._add_dock("messages", "Messages", self.messages, BOTTOM)
+        self._add_dock("profile", "Profile", self.profile, BOTTOM)
+        self._add_dock("console", "Python", self.console, BOTTOM)
+        self.actions_by_name = actions.make(self)
+        self.bar = self._make_bar()
+        self.status = Status(self.session)
+        self.setStatusBar(self.status)
+        self.banner = Banner(self)
+        self.commands = CommandPalette(self, self._entries)
+        self._connect()
+        actions.paint(self, self.actions_by_name)
+        self._untouched = self.saveState()
+        self.reset_layout()
+        self._replaced()
+
+    # -- files ----------------------------------------------------------------------------------------------------
+
+    def new(self) -> None:
+        """Begin an empty network, after asking about one that is not saved."""
+        self._when_safe(self._new)
+
+    def open_dialog(self) -> None:
+        """Choose a file to open."""
+        box = QFileDialog(self, "Open", str(self.session.path.parent) if self.session.path else "", FILES)
+        box.setFileMode(QFileDialog.FileMode.ExistingFile)
+        box.fileSelected.connect(lambda name: self.open_file(Path(name)))
+        self._ask(box)
+
+    def open_file(self, path: Path) -> None:
+        """Open a file, after asking about a document that is not saved."""
+        self._when_safe(lambda: self._open(path))
+
+    def save(self) -> bool:
+        """Save to the file of the document; one without a file asks for it. Says whether it is saved now."""
+        if self.session.path is None:
+            self.save_as()
+            return False
+        return self._save(self.session.path)
+
+    def save_as(self) -> None:
+        """Choose where to save."""
+        box = QFileDialog(self, "Save as", str(self.session.path or "network.json"), "Workspaces (*.json)")
+        box.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        box.setDefaultSuffix("json")
+        box.fileSelected.connect(lambda name: self._save(Path(name)))
+        self._ask(box)
+
+    def offer(self, lost: list[Lost]) -> None:
+        """Offer what an editor that crashed left behind, one after the other."""
+        if not lost:
+            return
+        first, *rest = lost
+        name = first.file.name if first.file else "a network without a file"
+
+        def recover() -> None:
+            try:
+                network = first.network()
+            except GraphError as error:
+                self.session.tell("error", str(error))
+                return
+            self.session.adopt(network)
+            self._show_canvas()
+            self.autosave.write()
+            first.discard()
+            self.offer(rest)
+
+        def discard() -> None:
+            first.discard()
+            self.offer(rest)
+
+        self.banner.offer(
+            f"The editor ended unexpectedly with unsaved changes of {name}.",
+            {"Recover": lambda: self._when_safe(recover), "Discard": discard},
+        )
+
+    def _new(self) -> None:
+        self.session.new()
+        self._show_canvas()
+
+    def _open(self, path: Path) -> None:
+        if self.session.open(path):
+            self.settings.add_recent(path.absolute())
+            self._show_canvas()
+        else:
+            self.docks["messages"].show()
+            self.docks["messages"].raise_()
+
+    def _save(self, path: Path) -> bool:
+        self.session.note(LAYOUT, {"layout": base64.b64encode(self.saveState().data()).decode()})
+        saved = self.session.save(path)
+        if saved and self.session.path is not None:
+            self.settings.add_recent(self.session.path)
+        self._name()
+        return saved
+
+    def _when_safe(self, then: Callable[[], object]) -> None:
+        """Do something that lets the document go, at once or after the user has said what becomes of its changes."""
+        if not self.session.modified:
+            then()
+            return
+        name = self.session.path.name if self.session.path else "this network"
+        box = QMessageBox(QMessageBox.Icon.NoIcon, "Unsaved changes", f"Save the changes of {name}?", parent=self)
+        keep, drop = QMessageBox.StandardButton.Save, QMessageBox.StandardButton.Discard
+        box.setStandardButtons(keep | drop | QMessageBox.StandardButton.Cancel)
+
+        def answered(_result: int) -> None:
+            chosen = box.standardButton(box.clickedButton())
+            if chosen == drop or (chosen == keep and self.save()):
+                then()
+
+        box.finished.connect(answered)
+        self._ask(box)
+
+    def _ask(self, box: QMessageBox | QFileDialog) -> None:
+        """Show a dialog without stopping the program; the window waits, the engine goes on."""
+        self.box = box
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.destroyed.connect(lambda: setattr(self, "box", None))
+        box.open()
+
+    # -- commands ---------------------------------------------------------------------------------------------------
+
+    def undo(self) -> None:
+        self.session.undo()
+
+    def redo(self) -> None:
+        self.session.redo()
+
+    def retry(self) -> None:
+        self.session.retry()
+
+    def open_commands(self) -> None:
+        """Find anything by its name."""
+        self.commands.open()
+
+    def show_help(self) -> None:
+        """Bring the help to the front."""
+        self.docks["help"].show()
+        self.docks["help"].raise_()
+
+    def show_welcome(self) -> None:
+        """Show the page with examples and recent files; the document stays open behind it."""
+        self.welcome.refresh()
+        self.middle.setCurrentWidget(self.welcome)
+        self.welcome.show_pictures()
+
+    def toggle_full_screen(self) -> None:
+        self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
+
+    def toggle_theme(self) -> None:
+        """Change between light and dark, for good."""
+        name = "light" if theme.theme_of(self.palette()) is theme.DARK else "dark"
+        self.settings.set("theme", name)
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        theme.apply(app, name)
+
+    def reset_layout(self) -> None:
+        """Put the panels where they are at first."""
+        self.restoreState(self._untouched)
+        for area, names in ((LEFT, ("palette",)), (RIGHT, ("parameters", "help")), (BOTTOM, self._bottom())):
+            docks = [self.docks[name] for name in names]
+            for dock in docks:
+                dock.setFloating(False)
+                self.addDockWidget(area, dock)
+                dock.show()
+            for dock in docks[1:]:
+                self.tabifyDockWidget(docks[0], dock)
+            docks[0].raise_()
+        for view in self.views:
+            self._place_view(view)
+        self.resizeDocks([self.docks["palette"], self.docks["parameters"]], [236, 400], Qt.Orientation.Horizontal)
+        self.resizeDocks([self.docks["messages"]], [190], Qt.Orientation.Vertical)
+
+    # -- views ------------------------------------------------------------------------------------------------------
+
+    def _sync_views(self) -> None:
+        """Give every view of the document a dock, and take away those of views that are gone."""
+        for dock in list(self.views):
+            if not dock.view.alive:
+                self.views.remove(dock)
+                self.removeDockWidget(dock)
+                dock.deleteLater()
+        known = {dock.view.path for dock in self.views}
+        for node in self.session.network.walk():
+            if node.type == "output.view" and node.path not in known:
+                dock = ViewDock(self.session, node.path, self)
+                self.views.append(dock)
+                self._place_view(dock)
+                dock.show()
+
+    def _place_view(self, dock: ViewDock) -> None:
+        first = next((other for other in self.views if other is not dock), None)
+        dock.setFloating(False)
+        if first is not None and self.views.index(dock) > self.views.index(first):
+            self.tabifyDockWidget(first, dock)
+            first.raise_()
+            return
+        self.addDockWidget(RIGHT, dock)
+        self.splitDockWidget(dock, self.docks["parameters"], Qt.Orientation.Vertical)
+        self.tabifyDockWidget(self.docks["parameters"], self.docks["help"])
+        self.docks["parameters"].raise_()
+        tall = max(400, self.height() - 120)
+        self.resizeDocks([dock, self.docks["parameters"]], [tall // 2, tall // 2], Qt.Orientation.Vertical)
+
+    # -- behind it --------------------------------------------------------------------------------------------------
+
+    def _bottom(self) -> tuple[str, ...]:
+        return ("messages", "profile", "console")
+
+    def _add_dock(self, name: str, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> None:
+        dock = QDockWidget(title, self)
+        dock.setObjectName(name)
+        dock.setWidget(widget)
+        self.addDockWidget(area, dock)
+        self.docks[name] = dock
+
+    def _make_bar(self) -> QToolBar:
+        bar = QToolBar("Toolbar", self)
+        bar.setObjectName("toolbar")
+        bar.setMovable(False)
+        bar.setIconSize(QSize(16, 16))
+        for name in actions.BAR:
+            if name is None:
+                bar.addSeparator()
+            else:
+                bar.addAction(self.actions_by_name[name])
+        self.addToolBar(bar)
+        return bar
+
+    def _connect(self) -> None:
+        session = self.session
+        session.replaced.connect(self._replaced)
+        session.changed.connect(self._changed)
+        session.saved.connect(lambda _path: self._name())
+        session.selected.connect(lambda _paths: self._enable())
+        self.palette_panel.chosen.connect(self.add_processor)
+        self.palette_panel.highlighted.connect(self.help.show_processor)
+        self.messages.counted.connect(self._count_errors)
+        self.welcome.wants_new.connect(self.new)
+        self.welcome.wants_dialog.connect(self.open_dialog)
+        self.welcome.wants_file.connect(self.open_file)
+        self.submenus["recent"].aboutToShow.connect(self._fill_recent)
+        self.submenus["panels"].aboutToShow.connect(self._fill_panels)
+
+    def add_processor(self, id: str) -> None:
+        """Add a processor in the middle of what the canvas shows."""
+        self._show_canvas()
+        self.canvas.view.drop_processor(id, self.canvas.view.seen().center())
+
+    def _entries(self) -> list[Entry]:
+        found = []
+        for action in self.actions_by_name.values():
+            if action.isEnabled():
+                found.append(
+                    Entry("Command", action.text(), action.trigger, action.shortcut().toString(), "", action.icon())
+                )
+        sign = theme.icon("node", self.palette())
+        for id in self.palette_panel.ids():
+            category, _, name = id.rpartition(".")
+            text = name.replace("_", " ")
+            act = partial(self.add_processor, id)
+            found.append(Entry("Add", text[:1].upper() + text[1:], act, category, id, sign))
+        for node in self.session.network.walk():
+            found.append(Entry("Go to", node.path, partial(self._go, node.path), node.type))
+        return found
+
+    def _go(self, path: str) -> None:
+        self._show_canvas()
+        self.session.enter(path.rpartition("/")[0])
+        self.session.select(path)
+        self.canvas.fit()
+
+    def _show_canvas(self) -> None:
+        self.middle.setCurrentWidget(self.canvas)
+        self.canvas.setFocus()
+
+    def _replaced(self) -> None:
+        self._sync_views()
+        kept = self.session.network.ui.get(LAYOUT)
+        if isinstance(kept, dict) and isinstance(kept.get("layout"), str):
+            try:
+                self.restoreState(QByteArray(base64.b64decode(kept["layout"], validate=True)))
+            except (binascii.Error, ValueError):
+                pass  # somebody edited it: the panels stay where they are
+        self._changed()
+
+    def _changed(self, *_: object) -> None:
+        self._sync_views()
+        if self.session.network.nodes:
+            self.middle.setCurrentWidget(self.canvas)
+        self._name()
+        self._enable()
+
+    def _name(self) -> None:
+        name = self.session.path.name if self.session.path else "untitled"
+        self.setWindowTitle(f"{name}[*] - nodegraph")
+        self.setWindowModified(self.session.modified)
+
+    def _enable(self) -> None:
+        history, chosen = self.session.history, self.session.selection
+        undo, redo = self.actions_by_name["undo"], self.actions_by_name["redo"]
+        undo.setEnabled(bool(history.undo_name))
+        undo.setText(f"Undo {history.undo_name}".rstrip())
+        redo.setEnabled(bool(history.redo_name))
+        redo.setText(f"Redo {history.redo_name}".rstrip())
+        groups = [path for path in chosen if self.session.network.node(path).network is not None]
+        for name in ("mute", "group", "duplicate", "cut", "copy", "rename_selection", "add_frame"):
+            self.actions_by_name[name].setEnabled(bool(chosen))
+        self.actions_by_name["ungroup"].setEnabled(bool(groups))
+
+    def _count_errors(self, errors: int) -> None:
+        self.docks["messages"].setWindowTitle(f"Messages ({errors})" if errors else "Messages")
+
+    def _fill_recent(self) -> None:
+        menu = self.submenus["recent"]
+        menu.clear()
+        for path in self.settings.recent:
+            menu.addAction(str(path)).triggered.connect(lambda _=False, path=path: self.open_file(path))
+        if menu.isEmpty():
+            menu.addAction("No file was open yet").setEnabled(False)
+
+    def _fill_panels(self) -> None:
+        menu = self.submenus["panels"]
+        menu.clear()
+        for dock in (*self.docks.values(), *self.views):
+            menu.addAction(dock.toggleViewAction())
+
+    # -- events -----------------------------------------------------------------------------------------------------
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "actions_by_name"):
+            QTimer.singleShot(0, self, lambda: actions.paint(self, self.actions_by_name))
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if any(Path(url.toLocalFile()).suffix.lower() in (".json", ".png", ".exr") for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        for url in event.mimeData().urls()[:1]:
+            self.open_file(Path(url.toLocalFile()))
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        if self.session.modified and not self._leaving:
+            event.ignore()
+            self._when_safe(self._leave)
+            return
+        self.settings.set("geometry", base64.b64encode(self.saveGeometry().data()).decode())
+        self.autosave.close()
+        for dock in self.views:
+            dock.close()
+        self.session.close()
+        event.accept()
+
+    def _leave(self) -> None:
+        self._leaving = True
+        self.close()
