@@ -11,6 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 GAP_X = 70.0
 GAP_Y = 26.0
 SWEEPS = 6
+STRAIGHT = 8.0
+"""How much more a long edge wants to be straight than a node wants to be level with its neighbours."""
 BEND = (0.0, 12.0)
 """Size of the room that an edge gets in a column that it passes."""
 
@@ -169,37 +171,42 @@ def _heights(
         for id in ids:
             y[id] = top
             top += sizes[id][1] + GAP_Y
+
+    def wish(id: str, neighbours: Sequence[str]) -> float:
+        if not neighbours:
+            return y[id]
+        weights = [STRAIGHT if sizes[other] == BEND else 1.0 for other in neighbours]
+        middles = (weight * (y[other] + sizes[other][1] / 2) for weight, other in zip(weights, neighbours, strict=True))
+        return sum(middles) / sum(weights) - sizes[id][1] / 2
+
     for sweep in range(SWEEPS):
         neighbours = above if sweep % 2 == 0 else below
         for ids in columns if sweep % 2 == 0 else reversed(columns):
-            wanted = [
-                sum(y[other] + sizes[other][1] / 2 for other in neighbours[id]) / len(neighbours[id]) - sizes[id][1] / 2
-                if neighbours[id]
-                else y[id]
-                for id in ids
-            ]
-            tops = _apart(wanted, [sizes[id][1] + GAP_Y for id in ids])
-            y.update(zip(ids, tops, strict=True))
+            wanted = [wish(id, neighbours[id]) for id in ids]
+            weights = [STRAIGHT if sizes[id] == BEND else 1.0 for id in ids]
+            y.update(zip(ids, _apart(wanted, weights, [sizes[id][1] + GAP_Y for id in ids]), strict=True))
     return y
 
 
-def _apart(wanted: Sequence[float], heights: Sequence[float]) -> list[float]:
-    """Tops nearest to the wanted ones (least squares) that keep order and do not overlap: pooled neighbours."""
-    blocks: list[list[float]] = []  # [sum of wanted tops of the block's start, count, height]
-    for want, height in zip(wanted, heights, strict=True):
-        blocks.append([want, 1.0, height])
+def _apart(wanted: Sequence[float], weights: Sequence[float], heights: Sequence[float]) -> list[float]:
+    """Tops nearest to the wanted ones (weighted least squares) that keep order and do not overlap.
+
+    Neighbours that would overlap are pooled into blocks, each with its weighted sum of wanted tops, weight, height and
+    number of members.
+    """
+    blocks: list[list[float]] = []
+    for want, weight, height in zip(wanted, weights, heights, strict=True):
+        blocks.append([weight * want, weight, height, 1])
         while len(blocks) > 1 and blocks[-2][0] / blocks[-2][1] + blocks[-2][2] > blocks[-1][0] / blocks[-1][1]:
             last = blocks.pop()
             first = blocks[-1]
             first[0] += last[0] - last[1] * first[2]
-            first[1] += last[1]
-            first[2] += last[2]
+            for i in (1, 2, 3):
+                first[i] += last[i]
     tops: list[float] = []
-    index = 0
-    for total, count, _ in blocks:
-        top = total / count
-        for _ in range(int(count)):
+    for total, weight, _, members in blocks:
+        top = total / weight
+        for _ in range(int(members)):
             tops.append(top)
-            top += heights[index]
-            index += 1
+            top += heights[len(tops) - 1]
     return tops
