@@ -16,6 +16,7 @@ from nodegraph.accuracy.reference import reference
 from nodegraph.data import Camera
 from nodegraph.engine import Engine
 from nodegraph.network import Network
+from nodegraph.report import Report
 from tests.benchmarks.peers.points import Picture
 from tests.benchmarks.peers.scenes import AMBIENT, DIFFUSE, Scene
 
@@ -44,6 +45,12 @@ class Ours:
 
     def frame(self, settings: Mapping[str, Any], camera: Camera | None = None, quality: str = "final") -> NDArray[Any]:
         """Render and bring the picture to the host: linear premultiplied RGBA, (h, w, 4)."""
+        return self.run(settings, camera, quality)[0]
+
+    def run(
+        self, settings: Mapping[str, Any], camera: Camera | None = None, quality: str = "final"
+    ) -> tuple[NDArray[Any], Report]:
+        """The picture, and what the engine tells of it."""
         node = self.network["raycast"]
         for name, value in settings.items():
             if getattr(node, name) != value:
@@ -52,7 +59,7 @@ class Ours:
         report = self.engine.evaluate(self.network, "raycast.image", size=self.scene.size, quality=quality)
         report.raise_first()
         color: NDArray[Any] = report.values["raycast", "image"].color
-        return color
+        return color, report
 
     def picture(self, settings: Mapping[str, Any], camera: Camera | None = None) -> Picture:
         """Linear RGB over black, (h, w, 3)."""

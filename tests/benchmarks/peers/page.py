@@ -117,13 +117,14 @@ def _orbits(turned: Sequence[Orbit]) -> str:
     lines = [
         "## Going round: 60 frames of the chest",
         "",
-        "| scene | quality | frames a second | wanted | median | slowest | RMSE | greatest difference |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| scene | quality | work | frames a second | wanted | median | slowest | RMSE | greatest difference |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for orbit in turned:
         wanted = f"{WANTED:g}" if orbit.quality == "interactive" else ""
         lines.append(
-            f"| {orbit.scene} | {orbit.quality} | {orbit.frames_per_second:.1f} | {wanted} | {_ms(orbit.median)} | "
+            f"| {orbit.scene} | {orbit.quality} | 1 / {orbit.coarseness} | {orbit.frames_per_second:.1f} | {wanted} | "
+            f"{_ms(orbit.median)} | "
             f"{_ms(orbit.slowest)} | {orbit.rmse:.2e} | {orbit.maximum:.2e} |"
         )
     return "\n".join(lines)
