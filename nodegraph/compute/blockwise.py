@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from nodegraph.compute.storage import share_range
 from nodegraph.data.blocks import BLOCK, Block, Pixels, block_counts, front_to_back, pixels_of
 from nodegraph.data.bricks import BRICK, Flags, brick_counts, brick_distances
-from nodegraph.data.buffer import Array
+from nodegraph.data.buffer import Array, Buffer
 from nodegraph.data.camera import Camera
 from nodegraph.data.chunks import ROOM_SHARE, free_bytes
 from nodegraph.data.volume import Volume
@@ -37,14 +37,32 @@ LOOK = 8
 BEYOND = 3e38
 
 
+class Rendered(NamedTuple):
+    """A picture: colour (h, w, 4), depth (h, w)."""
+
+    color: Buffer
+    depth: Buffer
+
+
+def nothing_seen(size: tuple[int, int], real: Any) -> Rendered:
+    """The picture of nothing."""
+    width, height = size
+    return Rendered(Buffer(np.zeros((height, width, 4), real)), Buffer(np.full((height, width), np.inf, real)))
+
+
 @dataclass(frozen=True)
 class Cast:
     """What the blocks of one picture have in common.
 
-    ``visible`` are the visible bricks (z, y, x), None where nobody asks; ``ranges`` the least and greatest value of
-    groups of `GROUP` bricks, for a kernel that looks at them itself. ``span``: how far from its middle a segment is
-    looked at, voxels; ``margin``: how far outside of its block that middle may lie at the outer faces. ``hides``: a
-    pixel that has hidden so much is finished; above 1 where none ever is. ``level`` is taken off all values.
+    visible:       the visible bricks (z, y, x); None where nobody asks.
+    ranges:        least and greatest value of groups of `GROUP` bricks, for a kernel that looks at them itself.
+    gradient:      of the whole volume. ``differentiate`` makes that of what a block reads, where none is bound.
+    span:          how far from its middle a segment is looked at, voxels.
+    margin:        how far outside of its block that middle may lie at the outer faces, voxels.
+    differences:   the kernel, or ``differentiate``, looks at the neighbours of voxels.
+    level:         is taken off all values.
+    hides:         a pixel that has hidden so much is finished.
+    carries_best:  the kernel carries the greatest value and its place, not colour and depth.
     """
 
     kernel: str
@@ -58,6 +76,7 @@ class Cast:
     gradient: Volume | None = None
     span: float = 0.0
     margin: float = 0.0
+    differentiate: Callable[[Volume], Volume] | None = None
     differences: bool = False
     level: float = 0.0
     hides: float = 1.0
@@ -73,10 +92,8 @@ class Cast:
         width, height = self.size
         if self.carries_best:
             return {"carried_best": np.full((height, width, 2), (-BEYOND, 0.0), real)}
-        return {
-            "carried": np.zeros((height, width, 4), real),
-            "carried_depth": np.full((height, width), np.inf, real),
-        }
+        nothing = nothing_seen(self.size, real)
+        return {"carried": nothing.color, "carried_depth": nothing.depth}
 
 
 def is_needed(volume: Volume, device: Any) -> bool:
@@ -109,8 +126,10 @@ def each_brick(values: Array, dims: tuple[int, int, int]) -> Array:
     return values
 
 
-def render(cast: Cast, device: Any, progress: Callable[[float], None], size: int | None = None, **bindings: Any) -> Any:
-    """Run the kernel over all blocks that may be seen and return its outputs, as `Device.run` does.
+def render(
+    cast: Cast, device: Any, progress: Callable[[float], None], size: int | None = None, **bindings: Any
+) -> Rendered:
+    """Run the kernel over all blocks that may be seen and return the picture.
 
     At most two blocks are on the host at a time: the next one is read while this one is rendered. Cancelled, errors of
     files and of the device come through.
@@ -120,7 +139,7 @@ def render(cast: Cast, device: Any, progress: Callable[[float], None], size: int
     blocks = list(front_to_back(volume, cast.camera, cast.visible, size, cast.reach, cast.span))
     state = cast.first_state(device.real)
     spare: tuple[Any, ...] = ()
-    result: Any = None
+    result: tuple[Any, ...] = ()
     touched: Pixels = (0, 0, 0, 0)
     hidden: Array | None = None
     turn = 0
@@ -147,7 +166,7 @@ def render(cast: Cast, device: Any, progress: Callable[[float], None], size: int
                 **state,
             )
             # What was read becomes what the next but one is written into, where both differ in these pixels alone.
-            spare, result, touched = (() if result is None else tuple(result)), found, box
+            spare, result, touched = result, tuple(found), box
             if cast.carries_best:
                 state = {"carried_best": found.best}
             else:
@@ -155,7 +174,7 @@ def render(cast: Cast, device: Any, progress: Callable[[float], None], size: int
                 turn += 1
                 if cast.hides <= 1.0 and turn % LOOK == 0:
                     hidden = np.asarray(found.color.array[..., 3] >= cast.hides)
-    return result
+    return Rendered(*result[:2]) if result else nothing_seen(cast.size, device.real)
 
 
 Ahead = tuple[int, Block, Pixels, "Future[tuple[Volume, Volume | None]]"]
@@ -184,7 +203,8 @@ def _read(cast: Cast, block: Block) -> tuple[Volume, Volume | None]:
     if part.dtype.itemsize > 2 and part.dtype != np.float32:
         low, high = sorted((end - part.mapping.offset) / part.mapping.scale for end in cast.volume.range)
         share_range(part.buffer, low, high)
-    return part.less(cast.level), None if cast.gradient is None else _copied(cast.gradient, block)
+    gradient = None if cast.gradient is None else _copied(cast.gradient, block)
+    return part.less(cast.level), gradient if cast.differentiate is None else cast.differentiate(part)
 
 
 def _copied(volume: Volume, block: Block) -> Volume:

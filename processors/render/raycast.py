@@ -21,6 +21,8 @@ KERNELS = {
 ENLARGE, SPARSE = "render/enlarge", "render/sparse"
 UNBOUNDED = (KERNELS["cellwise"], KERNELS["adaptive"])
 """Kernels whose turns of loops are not known beforehand; where a ray was not cast to its end they return NaN."""
+LOOKS_AT = {"midpoint": 0.0, "cellwise": 0.0, "maximum": 0.0, "first_hit": 1.5, "iso": 1.5}
+"""Steps from the middle of a segment to the farthest point that is looked at for it; 1/2 where nothing else is said."""
 MOSTLY_VISIBLE = 0.95
 """Where more of the bricks can be seen than that, asking for the others costs more than they do."""
 
@@ -177,20 +179,24 @@ class Raycast(Processor):
         if interval is not None:
             bindings |= {"interval": interval, "rounding": 8.0 * float(np.finfo(device.real).eps)}
         lit = lit and mode in SURFACES
+        differentiate = None
         if lit:
             material = {"ambient": ambient, "diffuse": diffuse, "specular": specular, "shininess": shininess}
             bindings |= {"light": light.in_eye_space(camera), "material": material}
             to_eye = camera.eye_to_world[:3, :3].T
             if gradient is None:
                 to_eye = to_eye @ volume.world_to_index[:3, :3].T
-                if gradients == "precomputed" and not streamed:
+                if gradients == "precomputed" and streamed:
+                    differentiate = index_gradient
+                    explain("gradients are computed for each block that is rendered")
+                elif gradients == "precomputed":
                     gradient = memo(index_gradient, volume)
                     explain(f"gradients are precomputed: {gradient.summary()}")
                 else:
                     explain("gradients are taken on the fly: six samples for each that is lit")
             if gradient is not None:
                 bindings |= {"gradient": gradient}
-            defines |= {"LIT": True, "GRADIENT": gradient is not None}
+            defines |= {"LIT": True, "GRADIENT": gradient is not None or differentiate is not None}
             bindings |= {"to_eye": to_eye / np.abs(to_eye).max()}
 
         kernel = KERNELS[mode]
@@ -258,17 +264,13 @@ class Raycast(Processor):
             for name in ("volume", "gradient", "bricks"):
                 bindings.pop(name, None)
             reach = step_length * float(np.linalg.norm(volume.world_to_index[:3, :3], axis=1).max())
-            spans = (
-                {"midpoint": 0.0, "cellwise": 0.0}
-                if mode == "composite"
-                else {integrator: 0.0 if mode == "maximum" else 1.5}
-            )
+            looks = LOOKS_AT.get(integrator if mode == "composite" else mode, 0.5)
             blocks = blockwise.Cast(
                 kernel, size, volume, camera, defines, bindings,
                 visible=None if visible is None else blockwise.each_brick(visible, volume.dims),
                 ranges=None if ranges is None else ranges.data,
-                gradient=gradient if lit else None,
-                span=reach * spans.get(integrator, 0.5), margin=1.5 * reach, differences=lit and gradient is None,
+                gradient=gradient if lit else None, differentiate=differentiate,
+                span=reach * looks, margin=1.5 * reach, differences=lit and gradient is None,
                 level=level, hides=bindings.get("termination", 1.0), carries_best=mode == "maximum",
             )  # fmt: skip
 
