@@ -37,7 +37,10 @@ class Pick:
 
     def text(self, value: float | None = None) -> str:
         """One line."""
-        parts = [f"{self.pixel[0]}, {self.pixel[1]}", f"{color_name(len(self.color))} {_numbers(self.color, 3)}"]
+        parts = [
+            f"{self.pixel[0]}, {self.pixel[1]}",
+            f"{color_name(len(self.color))} {_numbers(self.color, 2 if len(self.color) == 4 else 3)}",
+        ]
         if value is not None:
             parts.append(f"value {value:.6g}")
         if self.id is not None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPalette, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from nodegraph.editor.views.shown import VIEWPORT
 
 STEP = 1.2
 """How much a notch of the wheel zooms."""
@@ -120,7 +122,7 @@ class PictureArea(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
+        painter.fillRect(self.rect(), QColor(VIEWPORT))
         if self.picture is not None:
             scale = self.scale * self.devicePixelRatioF()
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale < 2.0 and scale != 1.0)
@@ -130,8 +132,7 @@ class PictureArea(QWidget):
 
     def _paint_note(self, painter: QPainter) -> None:
         painter.fillRect(self.rect(), QColor(0, 0, 0, 120) if self.picture is not None else Qt.GlobalColor.transparent)
-        dim = self.palette().color(QPalette.ColorRole.PlaceholderText)
-        painter.setPen(QColor(240, 240, 240) if self.picture is not None else dim)
+        painter.setPen(QColor(240, 240, 240) if self.picture is not None else QColor(150, 156, 165))
         room = self.rect().adjusted(24, 24, -24, -24)
         painter.drawText(room, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.note)
 

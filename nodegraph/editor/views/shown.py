@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QColor, QImage
 
 from nodegraph.data import Image
 from nodegraph.data.buffer import Array
@@ -14,6 +14,9 @@ from nodegraph.formats import srgb
 CHANNELS = ("color", "alpha", "depth", "ids")
 CHECKER = 8
 """Side in pixels of the squares that show what is transparent."""
+
+VIEWPORT = "#16181b"
+"""What is around and behind pictures, in the light theme, too: a bright surround hides what is dim."""
 
 _LEVELS = 1 << 14
 _SRGB = np.rint(np.asarray(srgb.encode(np.linspace(0.0, 1.0, _LEVELS, dtype=np.float32))) * 255.0).astype(np.uint8)
@@ -46,7 +49,7 @@ def shown(image: Image, background: tuple[float, float, float] | None = None, ch
     color, depth, ids = np.asarray(image.color), image.depth, image.ids  # this brings them to the host
     low, high = 0.0, 1.0
     if channel == "color" and image.channels == 4:
-        return Shown(_opaque(_over(color, background)), image)
+        return Shown(opaque(_over(color, background)), image)
     if channel == "alpha" and image.channels == 4:
         grey = np.clip(color[..., 3], 0.0, 1.0)
     else:
@@ -54,7 +57,7 @@ def shown(image: Image, background: tuple[float, float, float] | None = None, ch
         if values is None:
             values = color[..., 0] if image.channels != 2 else np.maximum(color[..., 1] - color[..., 0], 0.0)
         grey, low, high = _stretched(np.asarray(values, np.float32))
-    return Shown(_opaque(np.repeat((grey * 255.0 + 0.5).astype(np.uint8)[..., None], 3, axis=2)), image, low, high)
+    return Shown(opaque(np.repeat((grey * 255.0 + 0.5).astype(np.uint8)[..., None], 3, axis=2)), image, low, high)
 
 
 def channels_of(image: Image) -> list[str]:
@@ -96,7 +99,13 @@ def _stretched(values: Array) -> tuple[Array, float, float]:
     return grey if high > low else np.where(finite, np.float32(0.5), np.float32(0.0)), low, high
 
 
-def _opaque(pixels: Array) -> QImage:
+def linear(color: QColor) -> tuple[float, float, float]:
+    """A colour of the screen as linear light."""
+    red, green, blue = np.asarray(srgb.decode(np.array([color.redF(), color.greenF(), color.blueF()]))).tolist()
+    return red, green, blue
+
+
+def opaque(pixels: Array) -> QImage:
     """A QImage that owns a copy of (h, w, 3) bytes."""
     height, width = pixels.shape[:2]
     four = np.full((height, width, 4), 255, np.uint8)

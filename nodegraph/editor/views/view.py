@@ -7,17 +7,17 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QKeyEvent, QMouseEvent, QPalette, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPalette, QResizeEvent, QWheelEvent
+from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QLabel, QMenu, QToolButton, QVBoxLayout, QWidget
 
 from nodegraph.data import Image
-from nodegraph.data.image import srgb_decode
 from nodegraph.editor.views.icons import IconButton
 from nodegraph.editor.views.interactors import CameraInteractor, CutInteractor, Interactor
 from nodegraph.editor.views.navigation import AXES
 from nodegraph.editor.views.pick import Pick, pick
 from nodegraph.editor.views.picture_area import PictureArea
-from nodegraph.editor.views.shown import Shown, shown
+from nodegraph.editor.views.shown import VIEWPORT, Shown, linear, shown
+from nodegraph.editor.views.status_line import StatusLine
 from nodegraph.errors import CommandError, GraphError
 from nodegraph.subjects import Subject, subject_of
 
@@ -56,11 +56,9 @@ class ViewWidget(QWidget):
         self.area = PictureArea(self, zooming=False)
         self.area.setMouseTracking(True)
         self.setMouseTracking(True)
-        self._status = QLabel(self)
-        self._status.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._status.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self._status = StatusLine(self)
         self._facts = QLabel(self)
-        self._facts.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
+        self._facts.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._lay_out()
         self._settle = QTimer(self, singleShot=True, interval=SETTLE)
         self._settle.timeout.connect(self._watch)
@@ -93,7 +91,6 @@ class ViewWidget(QWidget):
         look = IconButton("axes", "Look along an axis", self)
         look.setMenu(self._menu)
         look.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        look.setStyleSheet("QToolButton::menu-indicator { image: none; }")
         fit = IconButton("fit", "Fit (F)", self)
         fit.clicked.connect(self.fit)
         self._projection = IconButton("perspective", "Orthographic (5)", self)
@@ -108,19 +105,16 @@ class ViewWidget(QWidget):
         for button in (look, fit, self._projection):
             bar.addWidget(button)
         bar.addStretch(1)
+        bar.addWidget(self._facts)
+        bar.addSpacing(6)
         bar.addWidget(save)
         bar.addWidget(self._full)
-        line = QHBoxLayout()
-        line.setContentsMargins(8, 3, 8, 3)
-        line.setSpacing(12)
-        line.addWidget(self._status, 1)
-        line.addWidget(self._facts)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addLayout(bar)
         layout.addWidget(self.area, 1)
-        layout.addLayout(line)
+        layout.addWidget(self._status)
 
     def _fill_menu(self) -> None:
         self._menu.clear()
@@ -155,12 +149,6 @@ class ViewWidget(QWidget):
         ratio = self.area.devicePixelRatioF()
         return max(1, round(self.area.width() * ratio)), max(1, round(self.area.height() * ratio))
 
-    def background(self) -> tuple[float, float, float]:
-        """What is behind transparent pixels, linear: the colour of the theme."""
-        color = self.palette().color(QPalette.ColorRole.Base)
-        red, green, blue = srgb_decode(_numbers(color.redF(), color.greenF(), color.blueF())).tolist()
-        return red, green, blue
-
     def _watch(self) -> None:
         if self.isVisible() and self.alive:
             self._told = self.path
@@ -175,7 +163,7 @@ class ViewWidget(QWidget):
         if image is None:
             return
         self._newest += 1
-        number, background = self._newest, self.background()
+        number, background = self._newest, linear(QColor(VIEWPORT))
         self.session.work(
             lambda: shown(image, background), lambda made: self._take(number, made, seconds) if made else None
         )
@@ -190,6 +178,8 @@ class ViewWidget(QWidget):
         part = "" if 0.99 < ratio < 1.01 else " while moving"
         time = f"  ·  {seconds * 1000:.0f} ms" if seconds >= 0.0005 else ""
         self._facts.setText(f"{made.size[0]} × {made.size[1]}{part}{time}")
+        if isinstance(self.interactor, CutInteractor):
+            self.interactor.volume()  # asks for its range before a drag needs it
         self._show_pick()
         self.drawn.emit()
 
@@ -385,11 +375,6 @@ class ViewWidget(QWidget):
             self.interactor.end()
         self.session.unwatch(self._channel)
 
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange and self.shown is not None:
-            self._settle.start()  # the background is the theme's
-        super().changeEvent(event)
-
 
 class ViewDock(QDockWidget):
     """A view as a dock; its name is the node's, and it closes with the node."""
@@ -405,9 +390,3 @@ class ViewDock(QDockWidget):
     def _name(self) -> None:
         if self.view.alive:
             self.setWindowTitle(self.view.path)
-
-
-def _numbers(*values: float) -> Any:
-    import numpy as np
-
-    return np.asarray(values)

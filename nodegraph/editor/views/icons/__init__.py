@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QByteArray, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPalette, QPixmap
 from PySide6.QtSvg import QSvgRenderer
-from PySide6.QtWidgets import QToolButton, QWidget
+from PySide6.QtWidgets import QStyleOptionToolButton, QToolButton, QWidget
 
 SIZE = 20
 
@@ -59,6 +59,10 @@ class IconButton(QToolButton):
         if name != self._name:
             self._name = name
             self.setIcon(icon(name, self.palette()))
+
+    def initStyleOption(self, option: QStyleOptionToolButton) -> None:
+        super().initStyleOption(option)
+        option.features &= ~QStyleOptionToolButton.ToolButtonFeature.HasMenu  # no arrow in the corner of the icon
 
     def changeEvent(self, event: object) -> None:
         from PySide6.QtCore import QEvent
