@@ -16,7 +16,7 @@ from nodegraph.accuracy.running import Show
 from nodegraph.accuracy.settings import Settings, applied, parameters_above
 from nodegraph.accuracy.trial import Trial
 from nodegraph.errors import Cancelled, GraphError, ParameterError, near_miss_or_all
-from nodegraph.plan import plan
+from nodegraph.plan import Plan, plan
 
 if TYPE_CHECKING:
     from nodegraph.engine import Engine
@@ -115,17 +115,17 @@ class Tries:
         self.tried[tuple(key)] = tried
         return tried
 
+    def knows(self, settings: Settings, cameras: Sequence[int]) -> bool:
+        """Whether this setting was run on all these cameras already."""
+        return all(self._mark(self._network(settings, camera), camera)[0] in self._runs for camera in cameras)
+
     def tell(self, text: str, fraction: float | None = None) -> None:
         if self.show is not None:
             self.show(text, fraction)
 
     def _run(self, settings: Settings, camera: int) -> tuple[tuple[int, bytes], Trial, dict[str, float]]:
-        network = applied(self.network, {**settings, **self.orbit.settings(camera)})
-        planned = plan(network.flatten(), [self.view], size=self.size, device=lambda: self.engine.device_name)
-        mark = (
-            camera,
-            b"".join(planned.tasks[place].fingerprint for feeds in planned.sinks.values() for place, _ in feeds),
-        )
+        network = self._network(settings, camera)
+        mark, planned = self._mark(network, camera)
         if mark in self._runs:
             return mark, *self._runs[mark]
         expected = self.reference(camera)
@@ -140,14 +140,25 @@ class Tries:
         self._runs[mark] = (trial, found)
         return mark, trial, found
 
-    def _timed(self, network: Network, planned: Any) -> list[str]:
-        """Nodes that a knob or a camera reaches: what runs anew when somebody turns the view or sets a knob."""
+    def _network(self, settings: Settings, camera: int) -> Network:
+        return applied(self.network, {**settings, **self.orbit.settings(camera)})
+
+    def _mark(self, network: Network, camera: int) -> tuple[tuple[int, bytes], Plan]:
+        """What a result is known by, and the plan of it."""
+        planned = plan(network.flatten(), [self.view], size=self.size, device=lambda: self.engine.device_name)
+        results = (planned.tasks[place].fingerprint for feeds in planned.sinks.values() for place, _ in feeds)
+        return (camera, b"".join(results)), planned
+
+    def _timed(self, network: Network, planned: Plan) -> list[str]:
+        """What runs anew when somebody turns the view; where there is no camera, when somebody sets a knob.
+
+        What stands above, a filter say, is made once and kept; its knobs count by the error that they make.
+        """
+        declared = parameters_above(network, self.view)
+        turned = [place for place, parameter, _ in declared if parameter.kind == "Camera"]
+        knobs = [place for place, parameter, _ in declared if parameter.quality is not None]
+        own = {place.rpartition(".")[0] for place in turned or knobs}
         reached: list[str] = []
-        own = {
-            place.rpartition(".")[0]
-            for place, parameter, _ in parameters_above(network, self.view)
-            if parameter.quality is not None or parameter.kind == "Camera"
-        }
         for task in planned.tasks:
             above = {planned.tasks[i].path for sources in task.feeds.values() for i, _ in sources or ()}
             if task.path in own or above & set(reached):

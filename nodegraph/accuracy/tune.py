@@ -9,6 +9,7 @@ and the next trial has new cameras again.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -17,9 +18,10 @@ from nodegraph.accuracy.descent import Rank, combinations_of_choices, descend, i
 from nodegraph.accuracy.front import pareto
 from nodegraph.accuracy.reference import BOUND, Reference, reference
 from nodegraph.accuracy.running import Cancelled, Show
-from nodegraph.accuracy.settings import Settings, applied, find_knobs, require_value
+from nodegraph.accuracy.settings import Knob, Settings, applied, find_knobs, require_value
 from nodegraph.accuracy.tries import Tried, Tries
 from nodegraph.errors import CommandError, ParameterError
+from nodegraph.params import Bounded
 from nodegraph.requests import sink_size
 
 if TYPE_CHECKING:
@@ -33,6 +35,8 @@ MARGIN = 0.8
 UNFELT = 5e-3
 """Seconds that are added to every time before times are compared: below it, shares of a time are noise."""
 TIGHTENINGS = 4
+SEARCH_SECONDS = 120.0
+"""How long a search goes on trying new settings, references and the last trials apart."""
 FINALISTS = 3
 SIDE = 256
 """Longest side, in pixels, of the pictures that an error is tuned on where nobody says a size."""
@@ -103,6 +107,7 @@ def tune(
     repeats: int = REPEATS,
     margin: float = MARGIN,
     bound: float | None = None,
+    seconds: float = SEARCH_SECONDS,
     engine: Engine | None = None,
     refer: Callable[..., Reference] = reference,
     show: Show | None = None,
@@ -111,16 +116,17 @@ def tune(
     """Search the knobs above a view. The network is not changed; `applied(network, tuned.settings)` is the tuned one.
 
     max_error: of ``figure``, by default the first of the measure (pictures: max, the worst channel of the worst pixel).
-    budget_ms: milliseconds that the nodes may take that a knob or a camera reaches. With a bound on the error, the
+    budget_ms: milliseconds that the nodes may take that run anew when the view turns. With a bound on the error, the
                cheapest setting under it is sought; with a budget alone, the most accurate one within it.
     size:      of the pictures; None: the view's own for a budget, else at most 256 pixels wide and high.
     cameras:   how many are searched on, the given one among them; held_out: how many others it is tried on then.
     bound:     of the references; None: a fiftieth of ``max_error``, at most 1e-5 otherwise.
+    seconds:   how long new settings are tried; what was found until then is offered, and a note says so.
 
     What cannot be kept is no error: ``met`` is then False, and the best that was found is offered. Raises
     ParameterError and CommandError for what makes no sense, DeviceError where there is no double precision, Cancelled.
     """
-    _check(max_error, budget_ms, cameras, held_out, repeats, margin)
+    _check(max_error, budget_ms, cameras, held_out, repeats, margin, seconds)
     require_value(network, view)
     knobs = find_knobs(network, view)
     if not knobs.knobs:
@@ -129,12 +135,12 @@ def tune(
     pixels = size or _size(network, view, small=budget_ms is None)
     precise = bound if bound is not None else BOUND if max_error is None else max(min(max_error / 50.0, 1e-3), BOUND)
     if engine is not None:
-        search = _Search(network, view, pixels, engine, figure, precise, refer, show, cancelled)
+        search = _Search(network, view, pixels, engine, figure, precise, refer, show, cancelled, seconds)
         return search.run(max_error, budget_ms, cameras, held_out, repeats, margin, knobs.left_out)
     from nodegraph.engine import Engine as Own
 
     with Own(device=device, disk=False) as own:  # nothing may be answered from an earlier process
-        search = _Search(network, view, pixels, own, figure, precise, refer, show, cancelled)
+        search = _Search(network, view, pixels, own, figure, precise, refer, show, cancelled, seconds)
         return search.run(max_error, budget_ms, cameras, held_out, repeats, margin, knobs.left_out)
 
 
@@ -152,8 +158,12 @@ class _Search:
         refer: Callable[..., Reference],
         show: Show | None,
         cancelled: Cancelled | None,
+        seconds: float,
     ) -> None:
         self.network, self.view, self.size = network, view, size
+        self.seconds = seconds
+        self.deadline = math.inf
+        self.ended = False
         self.tries = Tries(
             network, view, size, engine, figure=figure, bound=bound, refer=refer, show=show, stop=cancelled
         )
@@ -177,6 +187,7 @@ class _Search:
         self.limit = None if max_error is None else margin * max_error
         self.budget = None if asked.seconds is None else margin * asked.seconds
         tries.of({}, numbers, repeats)
+        self.deadline = time.monotonic() + self.seconds
         starts = self._scout(repeats)
         next_camera, rounds = len(numbers), 1
         while True:
@@ -204,6 +215,7 @@ class _Search:
         knobs = find_knobs(self.network, self.view).knobs
         found: list[tuple[Rank, Settings]] = []
         combinations = combinations_of_choices(knobs)
+        idle: set[str] = set()  # numbers that save no time
         for count, choices in enumerate(combinations):
             shown = find_knobs(applied(self.network, choices), self.view).knobs
             start = {knob.place: choices.get(knob.place, knob.value) for knob in shown}
@@ -211,10 +223,21 @@ class _Search:
             over, cost = self._rank(start, [0], 1, part)
             if self.limit is not None and over > 0.0 and any(rank[0] == 0.0 and rank[1] < cost for rank, _ in found):
                 continue  # it would have to become more accurate, and is dearer already than what suffices
-            best = descend(start, shown, lambda settings, part=part: self._rank(settings, [0], 1, part), rough=True)  # type: ignore[misc]
+            free = [knob for knob in shown if knob.place not in idle]
+            best = descend(start, free, lambda settings, part=part: self._rank(settings, [0], 1, part), rough=True)  # type: ignore[misc]
+            idle |= {knob.place for knob in free if best[knob.place] == start[knob.place] and self._is_idle(best, knob)}
             found.append((self._rank(best, [0], repeats, part), best))
         found.sort(key=lambda one: one[0])
         return [settings for _, settings in found[:FINALISTS]]
+
+    def _is_idle(self, settings: Settings, knob: Knob) -> bool:
+        """Whether two rungs towards the fast end of a number save nothing that could be felt."""
+        ladder = knob.ladder()
+        rung = ladder.index(settings[knob.place])
+        other = {**settings, knob.place: ladder[max(0, rung - 2)]}
+        if rung == 0 or not isinstance(knob.parameter, Bounded) or time.monotonic() > self.deadline:
+            return False
+        return self.tries.of(other, [0], 1).seconds > 0.95 * self.tries.of(settings, [0], 1).seconds
 
     def _refine(self, starts: Sequence[Settings], cameras: list[int], repeats: int) -> Tried:
         """Descend from the best few again, on all cameras; the best one, as it is there."""
@@ -235,6 +258,9 @@ class _Search:
 
     def _rank(self, settings: Settings, cameras: Sequence[int], repeats: int, part: float) -> Rank:
         count = len(self.tries.tried)
+        if time.monotonic() > self.deadline and not self.tries.knows(settings, cameras):
+            self.ended = True
+            return math.inf, math.inf
         place = "on all cameras" if len(cameras) > 1 else "on the given camera"
         self.tries.tell(f"{count} settings tried, searching {place}", part)
         tried = self.tries.of(settings, cameras, repeats)
@@ -268,6 +294,8 @@ class _Search:
 
     def _notes(self) -> tuple[str, ...]:
         notes: list[Any] = [self.tries.orbit.fixed] if self.tries.orbit.fixed else []
+        if self.ended:
+            notes.append(f"the search ended after {self.seconds:g} s; with more (--seconds) it may find better")
         for camera, found in self.tries.references.items():
             if not found.converged:
                 notes.append(f"camera {camera}: {found.summary()}")
@@ -311,7 +339,13 @@ def _size(network: Network, view: str, *, small: bool) -> tuple[int, int]:
 
 
 def _check(
-    max_error: float | None, budget_ms: float | None, cameras: int, held_out: int, repeats: int, margin: float
+    max_error: float | None,
+    budget_ms: float | None,
+    cameras: int,
+    held_out: int,
+    repeats: int,
+    margin: float,
+    seconds: float,
 ) -> None:
     if max_error is None and budget_ms is None:
         raise ParameterError("tune: say what is allowed, an error (--max-error) or a time (--budget-ms), or both")
@@ -320,5 +354,7 @@ def _check(
             raise ParameterError(f"tune: {name} must be above 0 and finite, got {value!r}")
     if cameras < 1 or held_out < 0 or repeats < 1:
         raise ParameterError("tune: it takes at least 1 camera, 1 repeat, and 0 or more held-out cameras")
+    if not seconds > 0.0:
+        raise ParameterError(f"tune: seconds must be above 0, got {seconds!r}")
     if not 0.0 < margin <= 1.0:
         raise ParameterError(f"tune: the margin is a share of the error, above 0 and at most 1, got {margin!r}")

@@ -50,6 +50,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cameras", type=int, default=4, metavar="N", help="cameras that are searched on (default: 4)")
     parser.add_argument("--held-out", type=int, default=4, metavar="N", help="other cameras, tried after (default: 4)")
     parser.add_argument("--repeats", type=int, default=3, metavar="N", help="times that each is timed (default: 3)")
+    parser.add_argument(
+        "--seconds", type=float, default=120.0, metavar="S", help="how long new settings are tried (default: 120)"
+    )
     parser.add_argument("--write", action="store_true", help="write the settings into the workspace FILE")
     parser.add_argument("--json", action="store_true", help="print everything that was found as one JSON document")
 
@@ -76,6 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
             cameras=arguments.cameras,
             held_out=arguments.held_out,
             repeats=arguments.repeats,
+            seconds=arguments.seconds,
             show=progress.show,
         )
     written = arguments.write and found.met
