@@ -103,14 +103,21 @@ Nodes look_at(Ray ray, float start, float length) {
         nodes.colors[i] = matter.rgb;
         nodes.depth += WEIGHT[i] * matter.w * length;
     }
+    // Only the ratios of the weights count: from the least that lies before a point which can be seen, so that in the
+    // thickest segment there is one weight which is not nothing, and none beyond all bounds.
+    float before[POINTS];
+    float least = FAR;
+    for (int i = 0; i < POINTS; ++i) {
+        before[i] = 0.0;
+        for (int j = 0; j < POINTS; ++j) {
+            before[i] += BEFORE[i * POINTS + j] * extinction[j];
+        }
+        least = extinction[i] > 0.0 ? min(least, before[i]) : least;
+    }
     vec3 sum = vec3(0.0);
     float weights = 0.0;
     for (int i = 0; i < POINTS; ++i) {
-        float before = 0.0;
-        for (int j = 0; j < POINTS; ++j) {
-            before += BEFORE[i * POINTS + j] * extinction[j];
-        }
-        nodes.weights[i] = WEIGHT[i] * extinction[i] * exp(-before * length);
+        nodes.weights[i] = extinction[i] > 0.0 ? WEIGHT[i] * extinction[i] * exp((least - before[i]) * length) : 0.0;
         sum += nodes.weights[i] * nodes.colors[i];
         weights += nodes.weights[i];
     }
@@ -132,7 +139,7 @@ Segment segment(Ray ray, float k, float start, float length, float stop, vec4 fr
     vec4 back = matter_at(ray, min((k + 1.0) * step_length, stop));
     result.depth = 0.5 * (front.w + back.w) * length;
     float rest = back.w * exp(-result.depth);
-    result.color = front.w + rest > 0.0 ? (front.rgb * front.w + back.rgb * rest) / (front.w + rest) : front.rgb;
+    result.color = front.w + rest > 0.0 ? (front.rgb * front.w + back.rgb * rest) / (front.w + rest) : back.rgb;
     result.back = back;
 #endif
 #if INTEGRATOR == 2
@@ -166,8 +173,8 @@ vec3 light_on(Ray ray, float k, float start, float length, vec4 front, Segment p
     float rest = back.w * exp(-part.depth);
     vec3 near = shade(front.rgb, ray, start);
     vec3 far = shade(back.rgb, ray, start + length);
-    // What lies behind may be hidden to the last digit.
-    return front.w + rest > 0.0 ? (near * front.w + far * rest) / (front.w + rest) : near;
+    // Where what is at the front cannot be seen, and the back is hidden to the last digit of its weight.
+    return front.w + rest > 0.0 ? (near * front.w + far * rest) / (front.w + rest) : far;
 #endif
 #if INTEGRATOR == 2
     return shade(part.color, ray, start + 0.5 * length);

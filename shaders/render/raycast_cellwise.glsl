@@ -158,14 +158,21 @@ Piece integrate(Ray ray, Cubic f, Band band, float s0, float s1, float start, fl
         matter[i] = matter_in(band, value_of(f, mix(s0, s1, nodes[i])));
         depth += weights[i] * matter[i].w * piece;
     }
+    // Only the ratios of the weights count: from the least that lies before a point which can be seen, so that in the
+    // thickest piece there is one weight which is not nothing, and none beyond all bounds.
+    float depth_before[ORDER];
+    float least = NEVER;
+    for (int i = 0; i < ORDER; ++i) {
+        depth_before[i] = 0.0;
+        for (int j = 0; j < ORDER; ++j) {
+            depth_before[i] += before[i * ORDER + j] * matter[j].w;
+        }
+        least = matter[i].w > 0.0 ? min(least, depth_before[i]) : least;
+    }
     vec3 color = vec3(0.0);
     float total = 0.0;
     for (int i = 0; i < ORDER; ++i) {
-        float hidden_before = 0.0;
-        for (int j = 0; j < ORDER; ++j) {
-            hidden_before += before[i * ORDER + j] * matter[j].w;
-        }
-        float weight = weights[i] * matter[i].w * exp(-hidden_before * piece);
+        float weight = matter[i].w > 0.0 ? weights[i] * matter[i].w * exp((least - depth_before[i]) * piece) : 0.0;
         color += weight * shade(matter[i].rgb, ray, start + (mix(s0, s1, nodes[i]) + 0.5) * length);
         total += weight;
     }
