@@ -359,3 +359,4 @@ class CanvasView(QWidget):
         super().changeEvent(event)
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.FontChange) and hasattr(self, "scene"):
             self.scene.repaint_in(self.palette())
+            self.view.resetCachedContent()

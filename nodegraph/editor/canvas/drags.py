@@ -89,7 +89,7 @@ class MoveDrag(Drag):
             for item, marked in ((self.over, False), (over, True)):
                 if item is not None:
                     item.marked = marked
-                    item.update()
+                    item.dress()
             self.over = over
 
     def drop(self, point: QPointF, modifiers: Qt.KeyboardModifier) -> None:
@@ -111,7 +111,7 @@ class MoveDrag(Drag):
     def _unmark(self) -> None:
         if self.over is not None:
             self.over.marked = False
-            self.over.update()
+            self.over.dress()
             self.over = None
 
     def cancel(self) -> None:
@@ -175,7 +175,7 @@ class WireDrag(Drag):
         for (wire, _), item in self.scene.wires.items():
             if wire == self.taken:
                 item.faded = faded
-                item.update()
+                item.dress()
 
     def target(self, point: QPointF) -> tuple[str, str] | None:
         """The legal port at a point: that which is hit, or on a node the first that fits."""
@@ -249,7 +249,7 @@ class BandDrag(Drag):
 
     def __init__(self, view: GraphView, start: QPointF, add: bool) -> None:
         super().__init__(view, start)
-        self.before = list(self.scene.selectedItems()) if add else []
+        self.before = self.scene.chosen_items() if add else []
         self.item = QGraphicsPathItem()
         accent = self.scene.look.accent
         pen = QPen(accent, 1)

@@ -53,7 +53,7 @@ class CanvasEdits:
 
     def place(self, places: Mapping[str, tuple[float, float]], name: str = "move") -> None:
         """Write positions of nodes, by id; with them those of all nodes of the level that have none yet."""
-        unplaced = {id: place for id, place in self.scene.unplaced.items() if id not in places}
+        unplaced = {id: _xy(self.scene.nodes[id].pos()) for id in self.scene.unplaced() if id not in places}
         with self.session.gesture(name):
             for id, (x, y) in {**unplaced, **places}.items():
                 if id in self.level.nodes:
@@ -151,9 +151,10 @@ class CanvasEdits:
 
     def _remember_places(self, copied: dict[str, Any], ids: Iterable[str]) -> None:
         """Give nodes that the layout has placed their place in the copy."""
+        unplaced = self.scene.unplaced()
         for id in ids:
-            if id in self.scene.unplaced:
-                place = [round(part) for part in self.scene.unplaced[id]]
+            if id in unplaced:
+                place = [round(part) for part in _xy(self.scene.nodes[id].pos())]
                 ui = dict(copied.setdefault("ui", {}).get("nodes", {}))
                 ui[id] = {**ui.get(id, {}), "position": place}
                 copied["ui"]["nodes"] = ui

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPainterPath, QPainterPathStroker, QPen
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsPathItem, QStyleOptionGraphicsItem, QWidget
 
 from nodegraph.editor.canvas.faces import Wire
@@ -17,7 +17,11 @@ TITLE = 26.0
 
 
 class WireItem(QGraphicsPathItem):
-    """One wire. ``color`` is that of the output's type; a wire that leads from nowhere is red and dotted."""
+    """One wire. ``color`` is that of the output's type; a wire that leads from nowhere is red and dotted.
+
+    Nothing of it is painted in Python, so that a thousand wires are panned smoothly; its own selection, too, since
+    that of Qt would draw a box.
+    """
 
     def __init__(self, wire: Wire, look: Look) -> None:
         super().__init__()
@@ -27,28 +31,20 @@ class WireItem(QGraphicsPathItem):
         self.broken = False
         self.muted = False
         self.faded = False
+        self.chosen = False
         self.marked = False  # a node would be inserted here
-        self._outline: QPainterPath | None = None
-        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsSelectable)
+        self._ends: tuple[QPointF, QPointF] | None = None
         self.setZValue(5)
 
     def lead(self, start: QPointF, end: QPointF) -> None:
         """Run from an output to an input."""
-        self._outline = None
-        self.setPath(wire_path(start, end))
+        if self._ends != (start, end):
+            self._ends = (start, end)
+            self.setPath(wire_path(start, end))
 
-    def boundingRect(self) -> QRectF:
-        return self.path().controlPointRect().adjusted(-6, -6, 6, 6)
-
-    def shape(self) -> QPainterPath:
-        if self._outline is None:
-            stroker = QPainterPathStroker()
-            stroker.setWidth(12)
-            self._outline = stroker.createStroke(self.path())
-        return self._outline
-
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        loud = self.isSelected() or self.marked
+    def dress(self) -> None:
+        """Take the pen that goes with how the wire stands now."""
+        loud = self.chosen or self.marked
         color = self.look.failed if self.broken else self.look.accent if loud else self.look.wire(self.color)
         pen = QPen(color, 3.5 if loud else 2.0)
         pen.setCapStyle(Qt.PenCapStyle.RoundCap)
@@ -56,10 +52,10 @@ class WireItem(QGraphicsPathItem):
             pen.setStyle(Qt.PenStyle.DotLine)
         elif self.muted:
             pen.setStyle(Qt.PenStyle.DashLine)
-        painter.setOpacity(0.25 if self.faded else 1.0)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(pen)
-        painter.drawPath(self.path())
+        if pen != self.pen():
+            self.setPen(pen)
+        if self.opacity() != (0.25 if self.faded else 1.0):
+            self.setOpacity(0.25 if self.faded else 1.0)
 
 
 class BoxItem(QGraphicsItem):

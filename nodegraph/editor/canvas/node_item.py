@@ -44,9 +44,11 @@ class NodeItem(QGraphicsItem):
         self._status: Status | None = None
         self._width = 0.0
         self._height = 0.0
+        self._bounds = QRectF()
         self._places: dict[tuple[bool, str], QPointF] = {}
         self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsSelectable)
-        self.setAcceptHoverEvents(False)
+        # Panning then copies pixels instead of painting texts anew.
+        self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
         self.setZValue(10)
         self.measure()
 
@@ -69,6 +71,8 @@ class NodeItem(QGraphicsItem):
         self._width = min(340.0, 10 * round(max(150.0, names + 2 * MARGIN, left + right + 4 * MARGIN + 8) / 10))
         rows = max(len(self.face.inputs), len(self.face.outputs), 1)
         self._height = HEADER + rows * ROW + 6 + FOOTER
+        tags = 90.0 if self.face.tags else 0.0
+        self._bounds = self.body().adjusted(-12 - tags, -4, 12 + tags, 5)
         self._places = {}
         for i, port in enumerate(self.face.inputs):
             self._places[False, port.name] = QPointF(0, HEADER + 4 + (i + 0.5) * ROW)
@@ -87,8 +91,7 @@ class NodeItem(QGraphicsItem):
         return self.body().translated(self.pos())
 
     def boundingRect(self) -> QRectF:
-        tags = 90.0 if self.face.tags else 0.0
-        return self.body().adjusted(-10 - tags, -4, 10 + tags, 5)
+        return self._bounds
 
     def shape(self) -> QPainterPath:
         path = QPainterPath()

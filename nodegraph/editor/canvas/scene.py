@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QPointF, QRectF, QTimer, Signal
 from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene
+from PySide6.QtWidgets import QGraphicsScene
 
 from nodegraph.commands import SetUI
 from nodegraph.editor.canvas.faces import Wire, as_position, face_of, output_port, wires_of
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from nodegraph.commands import Command
     from nodegraph.editor.session import Session
     from nodegraph.network import Network, Node
+
+Item = NodeItem | WireItem | BoxItem
 
 BOXES = ("frames", "notes")
 
@@ -42,13 +44,10 @@ class CanvasScene(QGraphicsScene):
         self.nodes: dict[str, NodeItem] = {}  # by id on this level
         self.wires: dict[tuple[Wire, int], WireItem] = {}
         self.boxes: dict[tuple[str, str], BoxItem] = {}
-        self.unplaced: dict[str, tuple[float, float]] = {}
+        # Where the layout put nodes that the document has no position for; kept for when an undo takes theirs.
+        self._provisional: dict[str, tuple[float, float]] = {}
         self._at: dict[str, list[WireItem]] = {}
         self._selecting = False
-        self._dragging = False
-        self._structure = -1
-        # A dense scene of moving items is faster without an index tree that is rebuilt at each move.
-        self.setItemIndexMethod(QGraphicsScene.ItemIndexMethod.BspTreeIndex)
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self.sync)
         session.changed.connect(self._on_change)
@@ -91,7 +90,7 @@ class CanvasScene(QGraphicsScene):
         self._selecting = True
         self.clear()
         self._selecting = False
-        self.nodes, self.wires, self.boxes, self.unplaced, self._at = {}, {}, {}, {}, {}
+        self.nodes, self.wires, self.boxes, self._provisional, self._at = {}, {}, {}, {}, {}
         self.sync()
         self.rebuilt.emit()
 
@@ -131,7 +130,7 @@ class CanvasScene(QGraphicsScene):
         self._selecting = True
         for id in [id for id in self.nodes if id not in level.nodes]:
             self.removeItem(self.nodes.pop(id))
-            self.unplaced.pop(id, None)
+            self._provisional.pop(id, None)
         for id, node in level.nodes.items():
             item = self.nodes.get(id)
             if item is None:
@@ -178,7 +177,7 @@ class CanvasScene(QGraphicsScene):
                 if end in self._at:
                     self._at[end].append(item)
             self._lead(item)
-            item.update()
+            item.dress()
 
     def _sync_boxes(self) -> None:
         ui = self.ui
@@ -240,6 +239,10 @@ class CanvasScene(QGraphicsScene):
 
     # -- places -------------------------------------------------------------------------------------------------
 
+    def unplaced(self) -> list[str]:
+        """Ids of the nodes that have no position in the document."""
+        return [id for id, node in self.level.nodes.items() if as_position(node.ui.get("position")) is None]
+
     def sizes(self) -> dict[str, tuple[float, float]]:
         return {id: item.size for id, item in self.nodes.items()}
 
@@ -250,14 +253,12 @@ class CanvasScene(QGraphicsScene):
 
     def _find_places(self, level: Network) -> None:
         """Find places for the nodes that have none in the document and were not seen before."""
-        bare = [id for id, node in level.nodes.items() if as_position(node.ui.get("position")) is None]
-        self.unplaced = {id: place for id, place in self.unplaced.items() if id in bare}
-        new = [id for id in bare if id not in self.unplaced]
+        new = [id for id in self.unplaced() if id not in self._provisional]
         if not new:
             return
         edges = [(source.rpartition(".")[0], target) for source, target, _ in wires_of(level)]
         if len(new) == len(level.nodes):
-            self.unplaced.update(layered(self.sizes(), edges))
+            self._provisional.update(layered(self.sizes(), edges))
             return
         drawn = layered({id: self.nodes[id].size for id in new}, edges)
         settled = [id for id in level.nodes if id not in new]
@@ -266,10 +267,10 @@ class CanvasScene(QGraphicsScene):
             place = self._stored(level.nodes[id])
             area = area.united(QRectF(QPointF(*place), QPointF(*place) + QPointF(*self.nodes[id].size)))
         left, top = area.left(), area.bottom() + 60
-        self.unplaced.update({id: (x + left, y + top) for id, (x, y) in drawn.items()})
+        self._provisional.update({id: (x + left, y + top) for id, (x, y) in drawn.items()})
 
     def _stored(self, node: Node) -> tuple[float, float]:
-        return as_position(node.ui.get("position")) or self.unplaced.get(node.id, (0.0, 0.0))
+        return as_position(node.ui.get("position")) or self._provisional.get(node.id, (0.0, 0.0))
 
     def _place(self, node: Node, item: NodeItem) -> None:
         x, y = self._stored(node)
@@ -314,18 +315,28 @@ class CanvasScene(QGraphicsScene):
         return [id for id, item in self.nodes.items() if item.isSelected()]
 
     def chosen_wires(self) -> list[Wire]:
-        return [item.wire for item in self.wires.values() if item.isSelected()]
+        return [item.wire for item in self.wires.values() if item.chosen]
 
     def chosen_boxes(self) -> list[tuple[str, str]]:
         return [key for key, item in self.boxes.items() if item.isSelected()]
 
-    def choose(self, items: Iterable[QGraphicsItem]) -> None:
+    def chosen_items(self) -> list[Item]:
+        """All that is selected."""
+        nodes: list[Item] = [item for item in self.nodes.values() if item.isSelected()]
+        boxes = [box for box in self.boxes.values() if box.isSelected()]
+        return [*nodes, *boxes, *(wire for wire in self.wires.values() if wire.chosen)]
+
+    def choose(self, items: Iterable[Item]) -> None:
         """Select these items and no others."""
         wanted = list(items)
         self._selecting = True
-        self.clearSelection()
-        for item in wanted:
-            item.setSelected(True)
+        for box in (*self.nodes.values(), *self.boxes.values()):
+            if box.isSelected() != (box in wanted):
+                box.setSelected(box in wanted)
+        for wire in self.wires.values():
+            if wire.chosen != (wire in wanted):
+                wire.chosen = wire in wanted
+                wire.dress()
         self._selecting = False
         self._tell_selection()
 
@@ -349,10 +360,12 @@ class CanvasScene(QGraphicsScene):
     def repaint_in(self, palette: QPalette) -> None:
         """Take the colours of another palette."""
         self.look = Look.of(palette)
-        items: list[NodeItem | WireItem | BoxItem] = [*self.nodes.values(), *self.wires.values(), *self.boxes.values()]
+        items: list[Item] = [*self.nodes.values(), *self.wires.values(), *self.boxes.values()]
         for item in items:
             item.look = self.look
-        self.update()
+            item.update()
+        for wire in self.wires.values():
+            wire.dress()
 
     def light(self, legal: set[tuple[str, str]] | None, output: bool = False) -> None:
         """Light the ports that a wire may be led to, (id, port), and fade the rest; None ends it."""

@@ -12,17 +12,18 @@ from PySide6.QtGui import (
     QKeyEvent,
     QMouseEvent,
     QPainter,
+    QPixmapCache,
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QGraphicsItem, QGraphicsView, QToolTip
+from PySide6.QtWidgets import QGraphicsView, QToolTip
 
 from nodegraph.editor.canvas.drags import BandDrag, Drag, MoveDrag, PanDrag, ResizeDrag, WireDrag
 from nodegraph.editor.canvas.edits import CanvasEdits
 from nodegraph.editor.canvas.items import BoxItem, WireItem
 from nodegraph.editor.canvas.look import GRID
 from nodegraph.editor.canvas.node_item import NodeItem
-from nodegraph.editor.canvas.scene import CanvasScene
+from nodegraph.editor.canvas.scene import CanvasScene, Item
 from nodegraph.editor.canvas.told import node_tip, port_tip
 
 MIME = "application/x-nodegraph-processor"
@@ -52,6 +53,9 @@ class GraphView(QGraphicsView):
         self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.SmartViewportUpdate)
         self.setOptimizationFlag(QGraphicsView.OptimizationFlag.DontSavePainterState, False)
         self.setFrameShape(QGraphicsView.Shape.NoFrame)
+        self.setCacheMode(QGraphicsView.CacheModeFlag.CacheBackground)
+        # What the nodes seen on a large, dense screen take; the default would paint them anew all the time.
+        QPixmapCache.setCacheLimit(max(QPixmapCache.cacheLimit(), 96 * 1024))
         self.setSceneRect(QRectF(-50000, -50000, 100000, 100000))
         self.setMouseTracking(True)
         self.setAcceptDrops(True)
@@ -132,13 +136,14 @@ class GraphView(QGraphicsView):
                 return item
         return next((item for item in found if item.port_at(point, reach) is not None), None)
 
-    def item_at(self, point: QPointF) -> NodeItem | WireItem | BoxItem | None:
+    def item_at(self, point: QPointF) -> Item | None:
         """The uppermost thing at a point."""
         node = self.node_at(point)
         if node is not None:
             return node
-        for item in self.canvas_scene.items(point):
-            if isinstance(item, (WireItem, BoxItem)):
+        near = QRectF(point.x() - 5, point.y() - 5, 10, 10)
+        for item in self.canvas_scene.items(near):
+            if isinstance(item, WireItem) or (isinstance(item, BoxItem) and item.contains(point - item.pos())):
                 return item
         return None
 
@@ -194,10 +199,11 @@ class GraphView(QGraphicsView):
             scene.choose(())
         return BandDrag(self, point, add)
 
-    def _press_on(self, item: QGraphicsItem, add: bool) -> None:
-        chosen = self.canvas_scene.selectedItems()
+    def _press_on(self, item: Item, add: bool) -> None:
+        chosen = self.canvas_scene.chosen_items()
         if add:
-            item.setSelected(not item.isSelected())
+            others = [other for other in chosen if other is not item]
+            self.canvas_scene.choose(others if len(others) < len(chosen) else [*chosen, item])
         elif item not in chosen:
             self.canvas_scene.choose([item])
 
@@ -266,7 +272,7 @@ class GraphView(QGraphicsView):
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         self.canvas_scene.flush()
         item = self.item_at(self.mapToScene(event.pos()))
-        if item is not None and not item.isSelected():
+        if item is not None and item not in self.canvas_scene.chosen_items():
             self.canvas_scene.choose([item])
         self.wants_menu.emit(event.globalPos(), item)
         event.accept()
