@@ -115,11 +115,20 @@ def _parameter(name: str, told: Mapping[str, Any]) -> str:
 
 def _text(doc: str) -> str:
     blocks = [block for block in re.split(r"\n\s*\n", doc.strip()) if block.strip()]
-    return "".join(f"<p>{_inline(' '.join(block.split()))}</p>" for block in blocks)
+    return "".join(_block(block) for block in blocks)
+
+
+def _block(block: str) -> str:
+    """A paragraph, or a list where lines begin with a dash."""
+    first, *items = re.split(r"^\s*- ", block, flags=re.MULTILINE)
+    before = f"<p>{_inline(' '.join(first.split()))}</p>" if first.strip() else ""
+    listed = "".join(f"<li>{_inline(' '.join(item.split()))}</li>" for item in items)
+    return before + (f"<ul>{listed}</ul>" if listed else "")
 
 
 def _inline(text: str) -> str:
-    return re.sub(r"`+([^`]+)`+", r"<code>\1</code>", _safe(text))
+    marked = re.sub(r"(?<![\w*])\*([^*\s][^*]*)\*(?![\w*])", r"<i>\1</i>", _safe(text))
+    return re.sub(r"`+([^`]+)`+", r"<code>\1</code>", marked)
 
 
 def _safe(text: Any) -> str:
@@ -130,6 +139,7 @@ def _style(colors: theme.Theme) -> str:
     return (
         "<style>"
         f"body {{ color: {colors.text}; }} p {{ margin: 0 0 8px 0; line-height: 130%; }}"
+        "ul { margin: 0 0 8px 14px; -qt-list-indent: 0; } li { margin: 0 0 3px 0; }"
         "h2 { margin: 0 0 8px 0; font-size: 17px; } h3 { margin: 14px 0 6px 0; font-size: 13px; }"
         f".dim {{ color: {colors.dim}; }} .row {{ margin: 0 0 7px 0; }} code {{ color: {colors.accent}; }}"
         "</style>"

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QTreeWidget, QTreeWidgetItem, Q
 
 from nodegraph import ports, registry
 from nodegraph.editor import theme
+from nodegraph.editor.canvas.faces import spaced
 from nodegraph.editor.session import Session
 
 MIME = "application/x-nodegraph-processor"
@@ -40,9 +41,12 @@ class Palette(QWidget):
         self.nothing.setProperty("dim", True)
         self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         layout = QVBoxLayout(self)
-        layout.setContentsMargins(8, 8, 8, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.search)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        above = QVBoxLayout()
+        above.setContentsMargins(8, 6, 8, 8)
+        above.addWidget(self.search)
+        layout.addLayout(above)
         layout.addWidget(self.nothing)
         layout.addWidget(self.tree, 1)
         self.search.textChanged.connect(self.filter)
@@ -60,7 +64,7 @@ class Palette(QWidget):
         self.tree.clear()
         homes: dict[str, QTreeWidgetItem] = {}
         for entry in sorted(catalogue or (), key=lambda entry: str(entry["id"])):
-            category, _, name = str(entry["id"]).rpartition(".")
+            category, _, _ = str(entry["id"]).rpartition(".")
             home = homes.get(category)
             if home is None:
                 home = homes[category] = QTreeWidgetItem(self.tree, [_title(category)])
@@ -68,7 +72,7 @@ class Palette(QWidget):
                 font = home.font(0)
                 font.setBold(True)
                 home.setFont(0, font)
-            item = QTreeWidgetItem(home, [_title(name)])
+            item = QTreeWidgetItem(home, [_name(entry)])
             item.setData(0, _ID, entry["id"])
             item.setData(0, _TEXT, _words(entry))
             item.setIcon(0, _plug(entry))
@@ -151,6 +155,10 @@ class _Tree(QTreeWidget):
 def _children(home: QTreeWidgetItem | None) -> list[QTreeWidgetItem]:
     found = [home.child(row) for row in range(home.childCount())] if home is not None else []
     return [item for item in found if item is not None]
+
+
+def _name(entry: Mapping[str, Any]) -> str:
+    return spaced(str(entry.get("name") or entry["id"].rpartition(".")[2]))
 
 
 def _title(name: str) -> str:

@@ -49,9 +49,13 @@ class Profile(QWidget):
         layout.addWidget(self.summary)
         layout.addWidget(self.tree, 1)
         self.tree.itemClicked.connect(self._go)
-        session.answered.connect(lambda _channel, report: self.show_report(report))
+        session.answered.connect(self._answered)
         session.replaced.connect(lambda: self.show_report(Report()))
         self.show_report(session.report)
+
+    def _answered(self, channel: object, report: Report) -> None:
+        if self.session.watches(channel):
+            self.show_report(report)
 
     def show_report(self, report: Report) -> None:
         """Show what an evaluation took."""
@@ -64,10 +68,13 @@ class Profile(QWidget):
         total = sum(nodes.values())
         memory = sum(report.bytes.get(path, 0) for path in nodes)
         ran = sum(path in report.timings for path in nodes)
-        self.summary.setText(
-            f"{seconds_text(total)} in {ran} node{'s' * (ran != 1)}, {len(nodes) - ran} kept from before, "
-            f"{bytes_text(memory)} made"
-        )
+        if not ran:
+            self.summary.setText(f"Nothing had to be computed: {len(nodes)} nodes were kept from before")
+        else:
+            self.summary.setText(
+                f"{seconds_text(total)} in {ran} node{'s' * (ran != 1)}, {len(nodes) - ran} kept from before, "
+                f"{bytes_text(memory)} made"
+            )
         for path, seconds in sorted(nodes.items(), key=lambda item: -item[1]):
             item = self._row(report, self.tree, path, path, seconds if path in report.timings else None, total)
             for label, cost in memos.items():

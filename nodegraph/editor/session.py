@@ -236,6 +236,10 @@ class Session(QObject):
         self.ask(sink, size, "interactive" if self.in_gesture else "final", channel)
         self._channels[channel].watched = True
 
+    def watches(self, channel: object) -> bool:
+        """Whether a channel shows something that is kept up to date: a view, not a passing question."""
+        return channel in self._channels and self._channels[channel].watched
+
     def unwatch(self, channel: object) -> None:
         """Stop asking for what a channel shows, and cancel what runs for it."""
         gone = self._channels.pop(channel, None)
@@ -375,7 +379,8 @@ class Session(QObject):
             self._start(name, slot, slot.pending)
 
     def _take(self, name: object, flat: Flat, report: Report) -> None:
-        self.report = report
+        if self.watches(name):
+            self.report = report
         self._states.learn(flat, report)
         for path in report.states:
             text = str(report.errors[path]) if path in report.errors else ""

@@ -48,7 +48,7 @@ class Status(QStatusBar):
         self._soon.timeout.connect(self._speak)
         session.started.connect(self._start)
         session.progressed.connect(self._progress)
-        session.answered.connect(lambda _channel, report: self._end(report))
+        session.answered.connect(self._answered)
         session.message.connect(self._hear)
         session.replaced.connect(lambda: self._end(Report()))
 
@@ -59,6 +59,10 @@ class Status(QStatusBar):
             self._speak()
         elif not self._soon.isActive():
             self._soon.start()
+
+    def _answered(self, channel: object, report: Report) -> None:
+        if self.session.watches(channel):
+            self._end(report)
 
     def _progress(self, path: str, fraction: float, text: str) -> None:
         if path == self._running:

@@ -146,7 +146,7 @@ def _sheet(theme: Theme) -> str:
     return f"""
 QMainWindow::separator {{ background: {theme.line}; width: 1px; height: 1px; }}
 QMainWindow::separator:hover {{ background: {theme.accent}; }}
-QDockWidget {{ color: {theme.text}; titlebar-close-icon: none; }}
+QDockWidget {{ color: {theme.text}; }}
 QDockWidget::title {{ background: {theme.window}; padding: 6px 10px; border-bottom: 1px solid {theme.line};
     text-align: left; }}
 QMenuBar {{ background: {theme.window}; border-bottom: 1px solid {theme.line}; padding: 1px 4px; }}
@@ -167,6 +167,14 @@ QToolBar QToolButton:pressed, QToolBar QToolButton:checked {{ background: {theme
 QStatusBar {{ background: {theme.window}; border-top: 1px solid {theme.line}; color: {theme.dim}; }}
 QStatusBar::item {{ border: none; }}
 QStatusBar QLabel {{ color: {theme.dim}; padding: 0 6px; }}
+QPushButton {{ background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line}; border-radius: 5px;
+    padding: 5px 10px; }}
+QPushButton:hover {{ background: {theme.hover}; }}
+QPushButton:pressed {{ background: {theme.line}; }}
+QPushButton:focus {{ border-color: {theme.accent}; }}
+QPushButton:disabled {{ color: {theme.dim}; }}
+QProgressBar {{ background: {theme.line}; border: none; border-radius: 3px; }}
+QProgressBar::chunk {{ background: {theme.accent}; border-radius: 3px; }}
 QTabBar {{ qproperty-drawBase: 0; background: {theme.window}; }}
 QTabBar::tab {{ background: transparent; color: {theme.dim}; padding: 6px 12px; border: none;
     border-bottom: 2px solid transparent; }}

@@ -42,7 +42,7 @@ from nodegraph.editor.session import Session
 from nodegraph.errors import GraphError
 from nodegraph.requests import default_sinks
 
-THUMBNAIL = QSize(232, 174)
+THUMBNAIL = QSize(208, 156)
 
 
 class Welcome(QScrollArea):
@@ -63,7 +63,7 @@ class Welcome(QScrollArea):
         page = QWidget()
         self.setWidget(page)
         column = QVBoxLayout(page)
-        column.setContentsMargins(48, 40, 48, 40)
+        column.setContentsMargins(40, 36, 40, 36)
         column.setSpacing(12)
         title = QLabel("nodegraph")
         font = title.font()

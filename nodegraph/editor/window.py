@@ -24,9 +24,11 @@ from PySide6.QtWidgets import (
 )
 
 from nodegraph.editor import actions, theme
+from nodegraph.editor.animation.timeline import Timeline
 from nodegraph.editor.canvas import CanvasView
 from nodegraph.editor.command_palette import CommandPalette, Entry
 from nodegraph.editor.console import Console
+from nodegraph.editor.docks import Titles
 from nodegraph.editor.help import Help
 from nodegraph.editor.messages import Messages
 from nodegraph.editor.palette import Palette
@@ -36,6 +38,7 @@ from nodegraph.editor.recovery import Autosave, Lost
 from nodegraph.editor.session import Session
 from nodegraph.editor.settings import Settings
 from nodegraph.editor.status import Banner, Status
+from nodegraph.editor.views.browser import ImageBrowser
 from nodegraph.editor.views.view import ViewDock
 from nodegraph.editor.welcome import Welcome
 from nodegraph.errors import GraphError
@@ -43,9 +46,11 @@ from nodegraph.errors import GraphError
 LAYOUT = "window"
 """Key of the document's ``ui`` that holds where the panels are."""
 FILES = "Workspaces and pictures that carry one (*.json *.png *.exr)"
-LEFT, RIGHT, BOTTOM = (
+BELOW = ("messages", "profile", "images", "timeline", "console")
+LEFT, RIGHT, TOP, BOTTOM = (
     Qt.DockWidgetArea.LeftDockWidgetArea,
     Qt.DockWidgetArea.RightDockWidgetArea,
+    Qt.DockWidgetArea.TopDockWidgetArea,
     Qt.DockWidgetArea.BottomDockWidgetArea,
 )
 
@@ -62,10 +67,17 @@ class Window(QMainWindow):
         self.docks: dict[str, QDockWidget] = {}
         self.views: list[ViewDock] = []
         self.box: QMessageBox | QFileDialog | None = None
+        self.titles = Titles(self)
         self._leaving = False
         self.setWindowIcon(QIcon(str(Path(__file__).parent / "icons" / "app.svg")))
         self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.AllowNestedDocks)
         self.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
+        for corner, area in (
+            (Qt.Corner.TopLeftCorner, LEFT),
+            (Qt.Corner.TopRightCorner, RIGHT),
+            (Qt.Corner.BottomRightCorner, RIGHT),
+        ):
+            self.setCorner(corner, area)
         self.setAcceptDrops(True)
         self.resize(1440, 900)
 
@@ -81,12 +93,16 @@ class Window(QMainWindow):
         self.messages = Messages(self.session)
         self.profile = Profile(self.session)
         self.console = Console(self.session)
-        self._add_dock("palette", "Processors", self.palette_panel, LEFT)
-        self._add_dock("parameters", "Parameters", self.parameters, RIGHT)
-        self._add_dock("help", "Help", self.help, RIGHT)
-        self._add_dock("messages", "Messages", self.messages, BOTTOM)
-        self._add_dock("profile", "Profile", self.profile, BOTTOM)
-        self._add_dock("console", "Python", self.console, BOTTOM)
+        self.images = ImageBrowser(self.session)
+        self.timeline = Timeline(self.session)
+        self._add_dock("palette", "Processors", self.palette_panel)
+        self._add_dock("parameters", "Parameters", self.parameters)
+        self._add_dock("help", "Help", self.help)
+        self._add_dock("messages", "Messages", self.messages)
+        self._add_dock("profile", "Profile", self.profile)
+        self._add_dock("images", "Images", self.images)
+        self._add_dock("timeline", "Timeline", self.timeline)
+        self._add_dock("console", "Python", self.console)
         self.actions_by_name = actions.make(self)
         self.bar = self._make_bar()
         self.status = Status(self.session)
@@ -95,7 +111,6 @@ class Window(QMainWindow):
         self.commands = CommandPalette(self, self._entries)
         self._connect()
         actions.paint(self, self.actions_by_name)
-        self._untouched = self.saveState()
         self.reset_layout()
         self._replaced()
 
@@ -243,20 +258,21 @@ class Window(QMainWindow):
 
     def reset_layout(self) -> None:
         """Put the panels where they are at first."""
-        self.restoreState(self._untouched)
-        for area, names in ((LEFT, ("palette",)), (RIGHT, ("parameters", "help")), (BOTTOM, self._bottom())):
-            docks = [self.docks[name] for name in names]
-            for dock in docks:
+        for dock in (*self.docks.values(), *self.views):
+            self.removeDockWidget(dock)
+        for area, names in ((LEFT, ("palette",)), (RIGHT, ("parameters", "help")), (BOTTOM, BELOW)):
+            first, *others = [self.docks[name] for name in names]
+            self.addDockWidget(area, first)
+            for dock in others:
+                self.tabifyDockWidget(first, dock)
+            for dock in (first, *others):
                 dock.setFloating(False)
-                self.addDockWidget(area, dock)
                 dock.show()
-            for dock in docks[1:]:
-                self.tabifyDockWidget(docks[0], dock)
-            docks[0].raise_()
+            first.raise_()
         for view in self.views:
             self._place_view(view)
-        self.resizeDocks([self.docks["palette"], self.docks["parameters"]], [236, 400], Qt.Orientation.Horizontal)
-        self.resizeDocks([self.docks["messages"]], [190], Qt.Orientation.Vertical)
+        self.resizeDocks([self.docks["palette"], self.docks["parameters"]], [230, 410], Qt.Orientation.Horizontal)
+        self.resizeDocks([self.docks["messages"]], [180], Qt.Orientation.Vertical)
 
     # -- views ------------------------------------------------------------------------------------------------------
 
@@ -271,34 +287,24 @@ class Window(QMainWindow):
         for node in self.session.network.walk():
             if node.type == "output.view" and node.path not in known:
                 dock = ViewDock(self.session, node.path, self)
+                self.titles.add(dock)
                 self.views.append(dock)
                 self._place_view(dock)
-                dock.show()
 
     def _place_view(self, dock: ViewDock) -> None:
-        first = next((other for other in self.views if other is not dock), None)
+        """Views stand beside each other above the canvas."""
         dock.setFloating(False)
-        if first is not None and self.views.index(dock) > self.views.index(first):
-            self.tabifyDockWidget(first, dock)
-            first.raise_()
-            return
-        self.addDockWidget(RIGHT, dock)
-        self.splitDockWidget(dock, self.docks["parameters"], Qt.Orientation.Vertical)
-        self.tabifyDockWidget(self.docks["parameters"], self.docks["help"])
-        self.docks["parameters"].raise_()
-        tall = max(400, self.height() - 120)
-        self.resizeDocks([dock, self.docks["parameters"]], [tall // 2, tall // 2], Qt.Orientation.Vertical)
+        self.addDockWidget(TOP, dock, Qt.Orientation.Horizontal)
+        dock.show()
+        self.resizeDocks([dock], [max(240, (self.height() - 100) * 9 // 20)], Qt.Orientation.Vertical)
 
     # -- behind it --------------------------------------------------------------------------------------------------
 
-    def _bottom(self) -> tuple[str, ...]:
-        return ("messages", "profile", "console")
-
-    def _add_dock(self, name: str, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> None:
+    def _add_dock(self, name: str, title: str, widget: QWidget) -> None:
         dock = QDockWidget(title, self)
         dock.setObjectName(name)
         dock.setWidget(widget)
-        self.addDockWidget(area, dock)
+        self.titles.add(dock)
         self.docks[name] = dock
 
     def _make_bar(self) -> QToolBar:

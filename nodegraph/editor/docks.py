@@ -1,0 +1,86 @@
+"""Docks that look like one program: a title with its own buttons, or only a tab where several share a place."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QLabel, QMainWindow, QSizePolicy, QTabBar, QToolButton, QWidget
+
+from nodegraph.editor import theme
+
+
+class TitleBar(QWidget):
+    """The title of a dock that stands alone, with buttons to tear it off and to close it."""
+
+    def __init__(self, dock: QDockWidget) -> None:
+        super().__init__(dock)
+        self.dock = dock
+        self.text = QLabel(dock.windowTitle())
+        self.text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.float_it = _button("float", "Tear off, or put back")
+        self.float_it.clicked.connect(lambda: dock.setFloating(not dock.isFloating()))
+        self.close_it = _button("clear", "Close; View > Panels brings it back")
+        self.close_it.clicked.connect(dock.close)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(10, 3, 4, 3)
+        row.setSpacing(0)
+        row.addWidget(self.text, 1)
+        row.addWidget(self.float_it)
+        row.addWidget(self.close_it)
+        dock.windowTitleChanged.connect(self.text.setText)
+        self._paint()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "close_it"):
+            self._paint()
+
+    def _paint(self) -> None:
+        self.float_it.setIcon(theme.icon("float", self.palette(), 12))
+        self.close_it.setIcon(theme.icon("clear", self.palette(), 12))
+
+
+class Titles(QObject):
+    """Gives every dock of a window its title bar, and hides that of a dock whose tab says the same."""
+
+    def __init__(self, window: QMainWindow) -> None:
+        super().__init__(window)
+        self.window = window
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.timeout.connect(self._sort)
+
+    def add(self, dock: QDockWidget) -> None:
+        """Look after a dock."""
+        dock.setTitleBarWidget(TitleBar(dock))
+        for signal in (dock.dockLocationChanged, dock.topLevelChanged, dock.visibilityChanged):
+            signal.connect(lambda _: self._soon.start())
+
+    def _sort(self) -> None:
+        self._hide_ghosts()
+        for dock in self.window.findChildren(QDockWidget):
+            bar = dock.titleBarWidget()
+            if isinstance(bar, TitleBar):
+                beside = [other for other in self.window.tabifiedDockWidgets(dock) if not other.isHidden()]
+                tabbed = bool(beside) and not dock.isFloating()
+                bar.setMaximumHeight(0 if tabbed else 16777215)
+                bar.setMinimumHeight(0)
+                bar.updateGeometry()
+
+    def _hide_ghosts(self) -> None:
+        """Hide tab bars that Qt leaves on the screen when docks that shared a place are put elsewhere."""
+        docks = self.window.findChildren(QDockWidget)
+        groups = [{dock, *self.window.tabifiedDockWidgets(dock)} for dock in docks if not dock.isHidden()]
+        titles = [{dock.windowTitle() for dock in group if not dock.isHidden()} for group in groups]
+        for bar in self.window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            if {bar.tabText(place) for place in range(bar.count())} not in titles:
+                bar.hide()
+
+
+def _button(name: str, tip: str) -> QToolButton:
+    made = QToolButton()
+    made.setObjectName(f"dock_{name}")
+    made.setToolTip(tip)
+    made.setAutoRaise(True)
+    made.setIconSize(QSize(12, 12))
+    made.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    return made
