@@ -289,7 +289,9 @@ class ColorField(Field):
         opaque = len(value) < 4
         self.hex.show_text(color.name() if opaque else f"{color.name()}{round(color.alphaF() * 255):02x}")
         bright = max(value[:3]) > 1.0
-        self.hex.setToolTip("linear " + ", ".join(f"{part:.4g}" for part in value) + (", brighter than white" if bright else ""))
+        self.hex.setToolTip(
+            "linear " + ", ".join(f"{part:.4g}" for part in value) + (", brighter than white" if bright else "")
+        )
 
     def pick(self) -> None:
         """Open the picker."""

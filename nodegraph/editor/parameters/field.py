@@ -63,6 +63,10 @@ class Field(QWidget):
             self._burst.stop()
             self.ended.emit()
 
+    def leave(self) -> None:
+        """End what is under way: the widget is about to be hidden or to go."""
+        self.settle()
+
     def hideEvent(self, event: Any) -> None:
         self.settle()
         super().hideEvent(event)

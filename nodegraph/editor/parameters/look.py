@@ -1,11 +1,13 @@
-"""Measures and colours that the widgets of parameters share, all taken from the palette, so that a theme reaches them."""
+"""Measures and colours that the widgets of parameters share; colours come from the palette, so a theme reaches them."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPalette, QPixmap
+from PySide6.QtWidgets import QLabel
 
 ROW_HEIGHT = 26
 LABEL_WIDTH = 116
@@ -13,11 +15,6 @@ GAP = 6
 RADIUS = 4.0
 
 _ICONS = Path(__file__).parent / "icons"
-
-
-def is_dark(palette: QPalette) -> bool:
-    """Whether text is lighter than what it stands on."""
-    return palette.color(QPalette.ColorRole.Window).lightness() < palette.color(QPalette.ColorRole.WindowText).lightness()
 
 
 def blend(a: QColor, b: QColor, share: float) -> QColor:
@@ -41,16 +38,32 @@ def accent(palette: QPalette, enabled: bool = True) -> QColor:
     return color if enabled else blend(color, palette.color(QPalette.ColorRole.Window), 0.6)
 
 
-def danger(palette: QPalette) -> QColor:
-    """The colour of errors, legible on the window."""
-    return QColor("#ff8a80") if is_dark(palette) else QColor("#b3261e")
+def caption(text: str = "") -> QLabel:
+    """A label that stays behind what it names."""
+    label = QLabel(text)
+    label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+    return label
+
+
+def complaint() -> QLabel:
+    """A label for errors, hidden until there is one."""
+    label = QLabel()
+    label.setForegroundRole(QPalette.ColorRole.BrightText)
+    label.setWordWrap(True)
+    label.hide()
+    return label
 
 
 def icon(name: str, color: QColor, size: int = 16) -> QIcon:
     """One of the SVG icons in ``icons/``, drawn in a colour: they are written with ``currentColor``."""
+    return _icon(name, color.name(), size)
+
+
+@lru_cache(maxsize=256)
+def _icon(name: str, color: str, size: int) -> QIcon:
     from PySide6.QtSvg import QSvgRenderer
 
-    svg = (_ICONS / f"{name}.svg").read_text(encoding="utf-8").replace("currentColor", color.name())
+    svg = (_ICONS / f"{name}.svg").read_text(encoding="utf-8").replace("currentColor", color)
     renderer = QSvgRenderer(QByteArray(svg.encode()))
     made = QIcon()
     for scale in (1, 2):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
@@ -39,17 +40,20 @@ class ParameterMenu(QMenu):
             self.addAction(text, row.start_expression)
 
     def _add_links(self, present: str) -> None:
-        row, place = self.row, self.row.place
+        place = self.row.place
         links = self.addMenu("Link to")
         for name in place.variables():
-            action = links.addAction(name, lambda name=name: row.finish(place.link(name)))
+            action = links.addAction(name, partial(self._link, name))
             action.setCheckable(True)
             action.setChecked(name == present)
             action.setEnabled(name != present)
         if links.actions():
             links.addSeparator()
         fresh = place.fresh_variable()
-        links.addAction(f"New variable “{fresh}”", lambda: row.finish(place.link(fresh)))
+        links.addAction(f"New variable “{fresh}”", partial(self._link, fresh))
+
+    def _link(self, variable: str) -> None:
+        self.row.finish(self.row.place.link(variable))
 
     def _copy(self) -> None:
         QGuiApplication.clipboard().setText(self.row.place.text())

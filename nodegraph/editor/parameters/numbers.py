@@ -307,7 +307,10 @@ def typed(text: str, integer: bool = False) -> Any:
     try:
         value: Any = float(text.replace(",", ".") if text.count(",") == 1 and "(" not in text else text)
     except ValueError:
-        value = expressions.parse(text, "").evaluate({}, "")
+        expression = expressions.parse(text, "")
+        if expression.names:
+            raise ParameterError(f"{text!r} is no number") from None
+        value = expression.evaluate({}, "")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ParameterError(f"{text!r} is no number")
     return int(value) if integer and math.isfinite(value) and float(value).is_integer() else value

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
-from nodegraph.editor.parameters.look import ROW_HEIGHT, danger, icon, ink
+from nodegraph.editor.parameters.look import ROW_HEIGHT, caption, complaint, icon, ink
 from nodegraph.editor.parameters.place import Place, kept_values, shown_parameters
 from nodegraph.editor.parameters.row import ParameterRow
 from nodegraph.errors import one_sentence
@@ -16,6 +17,8 @@ from nodegraph.errors import one_sentence
 if TYPE_CHECKING:
     from nodegraph.editor.session import Session
 
+SLICE = 0.015
+"""Seconds for which rows are made before the window gets its turn again."""
 MOST_NODES = 12
 """Nodes of a selection whose parameters are shown; more are counted."""
 
@@ -28,7 +31,10 @@ class NodeSection(QWidget):
         self.session = session
         self.path = path
         self.rows: dict[str, ParameterRow] = {}
+        self._rest = QTimer(self, singleShot=True, interval=0)
+        self._rest.timeout.connect(self.refresh)
         node = session.network.node(path)
+        self.body = QWidget()
         self.header = QWidget()
         self.header.installEventFilter(self)
         line = QHBoxLayout(self.header)
@@ -42,8 +48,7 @@ class NodeSection(QWidget):
         font = title.font()
         font.setBold(True)
         title.setFont(font)
-        kind = QLabel(node.type)
-        kind.setStyleSheet(f"color: {ink(self.palette(), 0.6).name()}")
+        kind = caption(node.type)
         kind.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         if node.processor is not None:
             self.header.setToolTip(f"<p>{(node.processor.__doc__ or '').strip().partition(chr(10))[0]}</p>")
@@ -51,9 +56,8 @@ class NodeSection(QWidget):
             line.addWidget(widget)
         line.addStretch(1)
         line.addWidget(kind)
-        self.trouble = QLabel()
-        self.trouble.setWordWrap(True)
-        self.body = QWidget()
+        self.trouble = complaint()
+        self.trouble.setIndent(12)
         self.layout_of_rows = QVBoxLayout(self.body)
         self.layout_of_rows.setContentsMargins(0, 2, 0, 8)
         self.layout_of_rows.setSpacing(4)
@@ -63,8 +67,8 @@ class NodeSection(QWidget):
         outer.addWidget(self.header)
         outer.addWidget(self.trouble)
         outer.addWidget(self.body)
-        self.nothing = QLabel("no parameters")
-        self.nothing.setStyleSheet(f"color: {ink(self.palette(), 0.6).name()}; margin-left: 12px")
+        self.nothing = caption("no parameters")
+        self.nothing.setIndent(12)
         self.layout_of_rows.addWidget(self.nothing)
         self.fold(False)
         self.refresh()
@@ -75,19 +79,34 @@ class NodeSection(QWidget):
         self.arrow.setIcon(icon("right" if folded else "down", ink(self.palette(), 0.8)))
         self.arrow.setAccessibleName("Unfold" if folded else "Fold")
 
+    def complete(self) -> None:
+        """Make all rows now."""
+        while self._rest.isActive():
+            self._rest.stop()
+            self.refresh()
+
     def refresh(self) -> None:
-        """Show what the document has now. Rows that come to mean something are made, others hidden."""
+        """Show what the document has now. Rows that come to mean something are made, others hidden.
+
+        Widgets take time to make: after a moment the rest is left for later.
+        """
+        end = time.perf_counter() + SLICE
         node = self.session.network.node(self.path)
         shown = shown_parameters(self.session, self.path)
         for name, row in self.rows.items():
             if name not in shown:
                 row.leave()
                 row.hide()
-        for place, name in enumerate(shown):
+        for name in shown:
             present = self.rows.get(name)
             if present is None:
+                if time.perf_counter() > end:
+                    self._rest.start()
+                    break
                 present = self.rows[name] = ParameterRow(Place(self.session, self.path, name))
                 self.layout_of_rows.insertWidget(self._index(name), present)
+            elif present.declared is not present.place.declared:
+                self._remake(name, present)
             else:
                 present.refresh()
             if present.isHidden():
@@ -95,8 +114,17 @@ class NodeSection(QWidget):
         self.nothing.setVisible(not shown)
         self._show_trouble(node)
 
+    def _remake(self, name: str, old: ParameterRow) -> None:
+        """Make the row of a parameter anew: its processor was reloaded and declares something else."""
+        old.leave()
+        made = self.rows[name] = ParameterRow(Place(self.session, self.path, name))
+        self.layout_of_rows.replaceWidget(old, made)
+        old.hide()
+        old.deleteLater()
+
     def leave(self) -> None:
         """End open gestures: the section is about to go."""
+        self._rest.stop()
         for row in self.rows.values():
             row.leave()
 
@@ -109,10 +137,13 @@ class NodeSection(QWidget):
     def _show_trouble(self, node: Any) -> None:
         texts = [one_sentence(node.trouble)] if node.trouble is not None else []
         known = getattr(node.processor, "params", ())
-        texts += [f"{name}: kept as it was stored{kept.reason}" for name, kept in kept_values(node).items() if name not in known]
+        texts += [
+            f"{name}: kept as it was stored{kept.reason}"
+            for name, kept in kept_values(node).items()
+            if name not in known
+        ]
         self.trouble.setText("\n".join(texts))
         self.trouble.setVisible(bool(texts))
-        self.trouble.setStyleSheet(f"color: {danger(self.palette()).name()}; margin-left: 12px")
 
     def eventFilter(self, watched: Any, event: QEvent) -> bool:
         if watched is self.header and event.type() == QEvent.Type.MouseButtonDblClick:
@@ -133,7 +164,7 @@ class ParameterPanel(QScrollArea):
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setMinimumWidth(300)
-        self.note = QLabel()
+        self.note = caption()
         self.note.setWordWrap(True)
         self.note.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.note.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
@@ -155,6 +186,7 @@ class ParameterPanel(QScrollArea):
 
     def row(self, path: str, name: str) -> ParameterRow:
         """The row of a parameter that is shown. Raises KeyError."""
+        self.sections[path].complete()
         return self.sections[path].rows[name]
 
     def _rebuild(self, *_: Any) -> None:
@@ -166,10 +198,7 @@ class ParameterPanel(QScrollArea):
             section = self.sections[path] = NodeSection(self.session, path)
             self._list.insertWidget(len(self.sections) - 1, section)
         more = len(paths) - MOST_NODES
-        self.note.setText(
-            f"and {more} more" if more > 0 else "" if paths else "Select a node to see its parameters."
-        )
-        self.note.setStyleSheet(f"color: {ink(self.palette(), 0.6).name()}")
+        self.note.setText(f"and {more} more" if more > 0 else "" if paths else "Select a node to see its parameters.")
         self.note.setVisible(bool(self.note.text()))
         self._list.setStretch(self._list.count() - 1, 1 if paths else 0)
 

@@ -219,8 +219,8 @@ class Place:
         scoped = links.lookup(link[0].parent, variable) if link is not None and link[0].parent is not None else None
         return scoped[0].prefix if scoped is not None else ""
 
-    def _all_names(self) -> set[str]:
-        return {name for level in self.session.network.levels() for name in level.variables}
+    def _all_names(self) -> frozenset[str]:
+        return frozenset(name for level in self.session.network.levels() for name in level.variables)
 
 
 def shown_parameters(place_of: Session, path: str) -> list[str]:

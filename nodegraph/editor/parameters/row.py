@@ -6,10 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QFontMetrics, QMouseEvent, QPainter, QPaintEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QToolButton, QWidget
 
 from nodegraph.editor.parameters.kinds import make_field
-from nodegraph.editor.parameters.look import GAP, LABEL_WIDTH, ROW_HEIGHT, accent, danger, icon, ink, name_text
+from nodegraph.editor.parameters.look import (
+    GAP,
+    LABEL_WIDTH,
+    ROW_HEIGHT,
+    accent,
+    caption,
+    complaint,
+    icon,
+    ink,
+    name_text,
+)
 from nodegraph.editor.parameters.menu import ParameterMenu
 from nodegraph.editor.parameters.place import Place, Tie
 from nodegraph.editor.parameters.simple import LineEntry
@@ -77,16 +87,16 @@ class ParameterRow(QWidget):
         self.tie.setAutoRaise(True)
         self.tie.setFixedSize(22, ROW_HEIGHT)
         self.tie.clicked.connect(lambda: self.menu().popup(self.tie.mapToGlobal(self.tie.rect().bottomLeft())))
-        self.tied = QLabel()
+        self.tied = caption()
         self.tied.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.expression = LineEntry()
         self.expression.setPlaceholderText("expression, as  coarse / 2")
         self.expression.setAccessibleName(f"{place.name}: expression")
         self.expression.entered.connect(self._express)
-        self.error = QLabel()
-        self.error.setWordWrap(True)
+        self.error = complaint()
         self._editing_expression = False
         self._arrange()
+        self._explain()
         self.refresh()
 
     def _arrange(self) -> None:
@@ -128,14 +138,12 @@ class ParameterRow(QWidget):
         self.field.set_read_only(tie.locked)
         self.label.set_changed(tie.kind == "own" and not self.place.is_default())
         self._show_tie(tie)
-        self._show_tooltip()
         self.show_error(trouble)
 
     def show_error(self, text: str) -> None:
         """Show under the widget why an entry was refused; an empty text clears it."""
         front = f"{self.place.target}: "
         self.error.setText(text.removeprefix(front))
-        self.error.setStyleSheet(f"color: {danger(self.palette()).name()}")
         self.error.setVisible(bool(text))
 
     def _show_tie(self, tie: Tie) -> None:
@@ -151,13 +159,13 @@ class ParameterRow(QWidget):
             self.tie.setToolTip(says[tie.kind])
             self.tie.setAccessibleName(says[tie.kind])
             self.tied.setText(says[tie.kind])
-            self.tied.setStyleSheet(f"color: {ink(self.palette(), 0.65).name()}")
         if tie.kind == "expression":
             self.expression.show_text(f"= {tie.text}")
         self.expression.setVisible(tie.kind == "expression" or self._editing_expression)
         self.tied.setVisible(tie.kind in ("wire", "variable"))
 
-    def _show_tooltip(self) -> None:
+    def _explain(self) -> None:
+        """The declaration's doc and default as tooltips."""
         declared = self.declared
         default = declared.encode(declared.default)
         unit = f" {declared.unit}" if declared.unit else ""
@@ -196,7 +204,7 @@ class ParameterRow(QWidget):
 
     def leave(self) -> None:
         """End an open gesture: the row is about to go."""
-        self.field.settle()
+        self.field.leave()
         if self._open:
             self._end()
 

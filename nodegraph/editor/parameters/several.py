@@ -7,10 +7,10 @@ from typing import Any
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from nodegraph.editor.parameters.field import Field, is_shortcut, pace
-from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, accent, ink
+from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, accent, caption, ink
 from nodegraph.editor.parameters.numbers import NumberEntry, Scale, stepped
 from nodegraph.editor.parameters.simple import Switch
 from nodegraph.params import Box, Float, Interval, Matrix, Vector
@@ -73,9 +73,7 @@ class VectorField(Numbers):
         for axis in "xyzw"[: declaration.count]:
             layout.addWidget(self.make_entry(f"{declaration.name} {axis}", integer=declaration.integer))
         if declaration.unit:
-            unit = QLabel(declaration.unit)
-            unit.setStyleSheet(f"color: {ink(self.palette(), 0.65).name()}")
-            layout.addWidget(unit)
+            layout.addWidget(caption(declaration.unit))
         self.setFocusProxy(self.entries[0])
 
     def show_value(self, value: Any) -> None:
@@ -205,9 +203,7 @@ class IntervalField(Numbers):
         line = QHBoxLayout()
         line.setSpacing(GAP)
         line.addWidget(self.make_entry(f"{declaration.name} low", declaration.unit))
-        dash = QLabel("to")
-        dash.setStyleSheet(f"color: {ink(self.palette(), 0.65).name()}")
-        line.addWidget(dash)
+        line.addWidget(caption("to"))
         line.addWidget(self.make_entry(f"{declaration.name} high", declaration.unit))
         outer.addLayout(line)
         self.setFocusProxy(self.entries[0])
@@ -238,9 +234,7 @@ class MatrixField(Numbers):
         layout.setSpacing(4)
         for row in range(4):
             for column in range(4):
-                layout.addWidget(
-                    self.make_entry(f"{declaration.name} row {row + 1}, column {column + 1}"), row, column
-                )
+                layout.addWidget(self.make_entry(f"{declaration.name} row {row + 1}, column {column + 1}"), row, column)
         self.setFocusProxy(self.entries[0])
 
     def limits(self) -> Any:
@@ -269,13 +263,12 @@ class BoxField(Numbers):
         self.limited.setAccessibleName(f"{declaration.name}: a part only")
         self.limited.setToolTip("Off: everything. On: what lies in the box.")
         self.limited.clicked.connect(lambda on: self.edited.emit(self._last if on else None))
-        self._caption = QLabel()
+        self._caption = caption()
         layout.addWidget(self.limited, 0, 0)
         layout.addWidget(self._caption, 0, 1, 1, 3)
         self._corners: list[QWidget] = []
         for row, corner in enumerate(("from", "to"), 1):
-            name = QLabel(corner)
-            name.setStyleSheet(f"color: {ink(self.palette(), 0.65).name()}")
+            name = caption(corner)
             layout.addWidget(name, row, 0)
             self._corners.append(name)
             for column, axis in enumerate("xyz", 1):

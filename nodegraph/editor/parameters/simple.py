@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFileDialog,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPlainTextEdit,
     QToolButton,
@@ -23,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from nodegraph.editor.parameters.field import Field
-from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, accent, blend, danger, icon, ink
+from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, accent, blend, complaint, icon, ink
 from nodegraph.errors import ParameterError
 from nodegraph.params import Choice, File, Parameter, Text
 
@@ -63,7 +62,7 @@ class BoolField(Field):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         self.switch = Switch()
-        self.switch.clicked.connect(self.edited.emit)
+        self.switch.clicked.connect(lambda on: self.edited.emit(on))
         layout.addWidget(self.switch)
         layout.addStretch(1)
         self.setFocusProxy(self.switch)
@@ -208,9 +207,7 @@ class PathField(Field):
         self.button.setToolTip("Choose …")
         self.button.setAccessibleName("Choose a file" if isinstance(declaration, File) else "Choose a folder")
         self.button.clicked.connect(self.browse)
-        self.state = QLabel()
-        self.state.setWordWrap(True)
-        self.state.hide()
+        self.state = complaint()
         line.addWidget(self.entry, 1)
         line.addWidget(self.button)
         outer.addLayout(line)
@@ -229,7 +226,6 @@ class PathField(Field):
         self.entry.setToolTip(str(self.folder / value) if value else "")
         self.state.setText(self._state(value))
         self.state.setVisible(bool(self.state.text()))
-        self.state.setStyleSheet(f"color: {danger(self.palette()).name()}")
 
     def _state(self, value: str) -> str:
         if not value or getattr(self.declaration, "write", False):

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QWi
 from nodegraph import data
 from nodegraph.editor.parameters.color import ColorField
 from nodegraph.editor.parameters.field import Field, is_shortcut
-from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, ink
+from nodegraph.editor.parameters.look import GAP, LABEL_WIDTH, ROW_HEIGHT, caption
 from nodegraph.editor.parameters.numbers import NumberEntry, NumberField, stepped
 from nodegraph.editor.parameters.simple import ChoiceField
 from nodegraph.errors import GraphError
@@ -46,10 +46,10 @@ class Parts(Field):
         self.fields: dict[str, Field] = {}
         self.vectors: dict[str, list[NumberEntry]] = {}
 
-    def add_row(self, name: str, caption: str, widget: QWidget | QHBoxLayout) -> None:
-        label = QLabel(caption)
-        label.setFixedHeight(ROW_HEIGHT)
-        label.setStyleSheet(f"color: {ink(self.palette(), 0.75).name()}")
+    def add_row(self, name: str, text: str, widget: QWidget | QHBoxLayout) -> None:
+        label = caption(text)
+        label.setFixedSize(LABEL_WIDTH, ROW_HEIGHT)
+        label.setIndent(12)
         self.captions[name] = label
         row = self.rows.rowCount()
         self.rows.addWidget(label, row, 0)
@@ -58,29 +58,29 @@ class Parts(Field):
         else:
             self.rows.addLayout(widget, row, 1)
 
-    def add_field(self, name: str, caption: str, field: Field) -> None:
+    def add_field(self, name: str, text: str, field: Field) -> None:
         """A row whose widget is that of another kind."""
         field.edited.connect(lambda value: self._replace(name, value))
         for signal in ("began", "ended", "cancelled", "refused"):
             getattr(field, signal).connect(getattr(self, signal))
         self.fields[name] = field
-        self.add_row(name, caption, field)
+        self.add_row(name, text, field)
 
-    def add_vector(self, name: str, caption: str, unit: str = "") -> None:
+    def add_vector(self, name: str, text: str, unit: str = "") -> None:
         """A row of three numbers."""
         line = QHBoxLayout()
         line.setSpacing(4)
         self.vectors[name] = []
         for place, axis in enumerate("xyz"):
             entry = NumberEntry()
-            entry.setAccessibleName(f"{caption} {axis}")
+            entry.setAccessibleName(f"{text} {axis}")
             entry.entered.connect(lambda value, place=place: self._replace_number(name, place, value))
             entry.stepped.connect(lambda notches, place=place: self._step(name, place, notches))
             entry.misread.connect(self.refused)
             entry.installEventFilter(self)
             self.vectors[name].append(entry)
             line.addWidget(entry)
-        self.add_row(name, f"{caption}, {unit}" if unit else caption, line)
+        self.add_row(name, f"{text}, {unit}" if unit else text, line)
 
     def show_value(self, value: Any) -> None:
         self.value = value

@@ -6,12 +6,21 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QIcon, QKeyEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QListWidget, QListWidgetItem, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from nodegraph.data import TransferFunction
 from nodegraph.editor.parameters.color import ColorPicker, Swatch, to_qcolor
 from nodegraph.editor.parameters.field import Field, is_shortcut
-from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, icon, ink
+from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, caption, icon, ink
 from nodegraph.editor.parameters.numbers import NumberEntry, stepped
 from nodegraph.editor.parameters.simple import Options
 from nodegraph.editor.parameters.transfer_function import keys
@@ -115,7 +124,7 @@ class TransferFunctionField(Field):
             top.addWidget(widget)
         top.addStretch(1)
         for name, tip, options in (
-            ("expression", "Scale of the opacity", self.scale),
+            ("opacity", "Scale of the opacity", self.scale),
             ("histogram", "Scale of the histogram", self.histogram_scale),
         ):
             mark = QLabel()
@@ -130,17 +139,17 @@ class TransferFunctionField(Field):
         self.swatch.setFixedWidth(40)
         self.value.setAccessibleName("Value of the selected key")
         self.opacity.setAccessibleName("Opacity of the selected key")
-        for caption, entry in (("Value", self.value), ("Opacity", self.opacity)):
-            bottom.addWidget(self._caption(caption))
+        for name, entry in (("Value", self.value), ("Opacity", self.opacity)):
+            bottom.addWidget(caption(name))
             bottom.addWidget(entry, 1)
-        for widget in (self.swatch, self.step, self.delete):
-            bottom.addWidget(widget)
+        for button in (self.swatch, self.step, self.delete):
+            bottom.addWidget(button)
         last = QHBoxLayout()
         last.setSpacing(GAP)
         self.length.setFixedWidth(92)
         self.length.setAccessibleName("Reference length")
         self.length.setToolTip("An opacity is what this length of the material hides.")
-        last.addWidget(self._caption("Opacity is what is hidden by"))
+        last.addWidget(caption("Opacity is what is hidden by"))
         last.addStretch(1)
         last.addWidget(self.length)
         outer = QVBoxLayout(self)
@@ -193,11 +202,6 @@ class TransferFunctionField(Field):
         button.setToolTip(tip)
         button.setAccessibleName(tip)
         return button
-
-    def _caption(self, text: str) -> QLabel:
-        label = QLabel(text)
-        label.setStyleSheet(f"color: {ink(self.palette(), 0.75).name()}")
-        return label
 
     # -- showing ------------------------------------------------------------------------------------------------
 
@@ -303,6 +307,11 @@ class TransferFunctionField(Field):
             self.show_value(self.function)
             return
         (self.step_to if step else self.edited.emit)(function)
+
+    def leave(self) -> None:
+        super().leave()
+        if self.source is not None:
+            self.source.stop()
 
     def eventFilter(self, watched: Any, event: QEvent) -> bool:
         if is_shortcut(event) or event.type() == QEvent.Type.FocusOut:

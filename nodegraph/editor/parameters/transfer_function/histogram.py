@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QThreadPool, Signal
+from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
 from nodegraph.data import Volume
 from nodegraph.data.volume import SLAB_BYTES
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from nodegraph.flat import Flat
 
 BINS = 512
+AGAIN_MS = 300
+"""After this time one looks again whether a drag is over."""
 
 
 @dataclass(frozen=True)
@@ -112,29 +114,34 @@ class HistogramOf(QObject):
         self.path = path
         self.histogram: Histogram | None = None
         self._buffer: weakref.ref[Any] | None = None  # of what is shown or being counted
-        self._asked: object = None
+        self._key: object = None  # of everything upstream, when it was asked for
+        self._again = QTimer(self, singleShot=True, interval=AGAIN_MS)
+        self._again.timeout.connect(self.look)
         self._channel = ("histogram", next(self._numbers))
         self._counted.connect(self._take)
-        session.values_changed.connect(self._values)
+        session.changed.connect(self.look)
         session.answered.connect(self._answered)
 
-    def look(self) -> None:
-        """Look at what the node reads now. Asks the engine for it where nobody has."""
+    def look(self, *_: Any) -> None:
+        """Look at what the node reads now, if anything upstream of it has changed; the engine keeps what it knows."""
         source = self._source()
         if source is None:
+            self._key = None
             self._show(None, None)
             return
-        value = self.session.value(*source)
-        if isinstance(value, Volume):
-            self._count(value)
-        else:
-            wanted = (source, self.session.network.revision)
-            if self._asked != wanted:
-                self._asked = wanted
-                self.session.ask(source[0], None, "final", self._channel)
+        key = _upstream(self.session.network.flatten(), source)
+        if key == self._key:
+            return
+        if self.session.in_gesture:
+            self._again.start()  # while somebody drags, pictures go first
+            return
+        self._key = key
+        self.session.ask(source[0], None, "final", self._channel)
 
     def stop(self) -> None:
         """Ask for nothing any more."""
+        self._again.stop()
+        self._key = None
         self.session.unwatch(self._channel)
 
     def _source(self) -> Source | None:
@@ -147,11 +154,6 @@ class HistogramOf(QObject):
         """The plain node: of a group, the first one inside that reads a volume is found by its own wires."""
         node = self.session.network.node(self.path)
         return next((leaf.path for leaf in node.leaves() if _reads_volume(leaf)), node.path)
-
-    def _values(self, paths: Any) -> None:
-        source = self._source()
-        if source is not None and source[0] in paths:
-            self.look()
 
     def _answered(self, channel: object, report: Any) -> None:
         source = self._source() if channel == self._channel else None
@@ -192,6 +194,20 @@ class HistogramOf(QObject):
         if histogram is not self.histogram or histogram is None:
             self.histogram = histogram
             self.found.emit(histogram)
+
+
+def _upstream(flat: Flat, source: Source) -> tuple[object, ...]:
+    """Changes whenever something that a source depends on has changed."""
+    seen, ahead = {source[0]}, [source[0]]
+    while ahead:
+        node = flat.nodes.get(ahead.pop())
+        if node is not None:
+            above = {path for ones in node.sources.values() for path, _ in ones} | {
+                path for path, _ in node.wired.values()
+            }
+            ahead += above - seen
+            seen |= above
+    return source, *sorted((path, flat.nodes[path].revision) for path in seen if path in flat.nodes)
 
 
 def _reads_volume(leaf: Any) -> bool:

@@ -110,13 +110,15 @@ class Plot:
         edges = np.linspace(histogram.low, histogram.high, len(counts) + 1)
         xs = self.area.left() + self.axis.place(edges) * self.area.width()
         bottom, tall = self.area.bottom(), self.area.height() * 0.96
-        shape = QPolygonF([QPointF(float(xs[0]), bottom)])
-        for i in np.flatnonzero((xs[1:] >= self.area.left()) & (xs[:-1] <= self.area.right())):
+        seen = np.flatnonzero((xs[1:] >= self.area.left()) & (xs[:-1] <= self.area.right()))
+        if not len(seen):
+            return
+        shape = QPolygonF([QPointF(float(xs[seen[0]]), bottom)])
+        for i in seen:
             y = bottom - float(heights[i]) * tall
             shape.append(QPointF(float(xs[i]), y))
             shape.append(QPointF(float(xs[i + 1]), y))
-        shape.append(QPointF(shape.last().x(), bottom))
-        shape[0] = QPointF(shape.at(1).x(), bottom) if shape.size() > 2 else shape.at(0)
+        shape.append(QPointF(float(xs[seen[-1] + 1]), bottom))
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(ink(palette, 0.22))
         painter.drawPolygon(shape)
@@ -210,5 +212,3 @@ def _screen(function: TransferFunction, values: np.ndarray) -> np.ndarray:
     """Colours of a function as bytes of the screen, (n, 3)."""
     linear = np.clip(function.evaluate(values)[:, :3], 0.0, 1.0)
     return np.asarray(np.rint(srgb_encode(linear) * 255.0), np.uint8)
-
-
