@@ -4,15 +4,19 @@ VENV ?= .venv
 OUT  ?= demo-output
 RUN  := "$(VENV)/bin/python"
 
-.PHONY: help demo test quick bench bench-peers docs devices lint types set-up-demo set-up-test clean
+.PHONY: help edit demo test quick bench bench-peers docs devices lint types set-up-demo set-up-test clean
 
 help:
+	@echo "make edit    open the visual editor; FILE=workspaces/brain.json opens a workspace"
 	@echo "make demo    render the shipped workspaces into $(OUT)/"
 	@echo "make test    everything that must hold: style, types, import rules, generated docs, all tests"
 	@echo "make quick   the same without what is slow: under 90 seconds"
 	@echo "make bench   speed and memory against hand-written peers; writes docs/performance.md"
 	@echo "make bench-peers   the same pictures by VTK, which it installs (640 MB); writes docs/peers.md"
 	@echo "make docs    write the generated pages of docs/"
+
+edit: set-up-edit
+	@$(RUN) -m nodegraph edit $(FILE)
 
 demo: set-up-demo
 	@for file in workspaces/*.json; do \
@@ -45,6 +49,9 @@ lint: set-up-test
 
 types: set-up-test
 	$(RUN) -m mypy
+
+set-up-edit:
+	@VENV="$(VENV)" sh scripts/set_up.sh edit
 
 set-up-demo:
 	@VENV="$(VENV)" sh scripts/set_up.sh demo

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Make everything ready for `make demo`, `make test` or `make bench-peers`; quick when that has been done before.
 #
-#     sh scripts/set_up.sh demo|test|peers
+#     sh scripts/set_up.sh demo|edit|test|peers
 #
 # As root on Debian or Ubuntu, installs the system packages that are missing. Otherwise says which they are and
 # goes on with what is there: without OpenGL the demo runs on the OpenCL driver that comes as a wheel.
@@ -13,9 +13,10 @@ goal=${1:-demo}
 venv=${VENV:-.venv}
 case $goal in
     demo) extras="" ;;
-    test) extras="[test,dev,plot,dask,accuracy]" ;;
-    peers) extras="[test,dev,plot,dask,peers]" ;;
-    *) echo "set_up.sh: '$goal' is none of demo, test and peers" >&2; exit 2 ;;
+    edit) extras="[editor]" ;;
+    test) extras="[test,dev,plot,dask,accuracy,editor]" ;;
+    peers) extras="[test,dev,plot,dask,peers,editor]" ;;
+    *) echo "set_up.sh: '$goal' is none of demo, edit, test and peers" >&2; exit 2 ;;
 esac
 
 say() { echo "set-up: $*" >&2; }
@@ -23,6 +24,13 @@ say() { echo "set-up: $*" >&2; }
 # --- system packages -------------------------------------------------------------------------------------------
 # OpenGL without a display (Mesa's llvmpipe), OpenCL on the CPU (PoCL), and the linker that PoCL calls.
 packages="libegl1 libgl1 libgl1-mesa-dri pocl-opencl-icd binutils"
+# Qt: its offscreen platform, which the tests use, and X11 for a window on the screen.
+qt="libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2.0-0 fonts-dejavu-core"
+x11="libxcb-cursor0 libxcb-icccm4 libxcb-image0 libxcb-keysyms1 libxcb-render-util0 libxcb-shape0 libxcb-xkb1 libxkbcommon-x11-0"
+case $goal in
+    edit) packages="$packages $qt $x11" ;;
+    test | peers) packages="$packages $qt" ;;
+esac
 
 missing() {
     for package in "$@"; do
@@ -111,11 +119,11 @@ echo '*' >"$venv/.gitignore"
 identify "$venv/bin/python" >"$venv/.made-of"
 
 # --- Python packages -------------------------------------------------------------------------------------------
-# The stamp holds what it was made from. `test` brings all that `demo` needs.
+# The stamp holds what it was made from. `test` brings all that `demo` and `edit` need.
 recipe=$(cat pyproject.toml scripts/set_up.sh | cksum)
 is_done() { [ -f "$venv/.ready-$1" ] && [ "$(cat "$venv/.ready-$1")" = "$recipe" ]; }
 
-if ! is_done "$goal" && ! { [ "$goal" = demo ] && is_done test; }; then
+if ! is_done "$goal" && ! { { [ "$goal" = demo ] || [ "$goal" = edit ]; } && is_done test; }; then
     say "installing Python packages for '$goal' into $venv"
     if ! "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".$extras"; then
         say "pip could not install the packages, see above; when that is mended (is there a network?), say make $goal again"

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from nodegraph.errors import GraphError, near_miss
 
 COMMANDS = {
+    "edit": "open the visual editor",
     "run": "run a workspace and write its pictures",
     "sweep": "run a workspace once for every value of some parameters",
     "batch": "run a workspace once for each of many data files",

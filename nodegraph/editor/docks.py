@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
-from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QLabel, QMainWindow, QSizePolicy, QTabBar, QToolButton, QWidget
+from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QLabel, QLayout, QMainWindow, QSizePolicy, QTabBar, QToolButton, QWidget
 
 from nodegraph.editor import theme
 
@@ -13,7 +13,7 @@ class TitleBar(QWidget):
 
     def __init__(self, dock: QDockWidget) -> None:
         super().__init__(dock)
-        self.dock = dock
+        self.collapsed = False
         self.text = QLabel(dock.windowTitle())
         self.text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.float_it = _button("float", "Tear off, or put back")
@@ -21,6 +21,7 @@ class TitleBar(QWidget):
         self.close_it = _button("clear", "Close; View > Panels brings it back")
         self.close_it.clicked.connect(dock.close)
         row = QHBoxLayout(self)
+        row.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
         row.setContentsMargins(10, 3, 4, 3)
         row.setSpacing(0)
         row.addWidget(self.text, 1)
@@ -28,6 +29,20 @@ class TitleBar(QWidget):
         row.addWidget(self.close_it)
         dock.windowTitleChanged.connect(self.text.setText)
         self._paint()
+
+    def collapse(self, collapsed: bool) -> None:
+        """Take no room, or the usual."""
+        if collapsed != self.collapsed:
+            self.collapsed = collapsed
+            for part in (self.text, self.float_it, self.close_it):
+                part.setHidden(collapsed)
+            self.updateGeometry()
+
+    def sizeHint(self) -> QSize:
+        return QSize(0, 0) if self.collapsed else QSize(120, 28)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(0, 0) if self.collapsed else QSize(80, 28)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -62,9 +77,7 @@ class Titles(QObject):
             if isinstance(bar, TitleBar):
                 beside = [other for other in self.window.tabifiedDockWidgets(dock) if not other.isHidden()]
                 tabbed = bool(beside) and not dock.isFloating()
-                bar.setMaximumHeight(0 if tabbed else 16777215)
-                bar.setMinimumHeight(0)
-                bar.updateGeometry()
+                bar.collapse(tabbed)
 
     def _hide_ghosts(self) -> None:
         """Hide tab bars that Qt leaves on the screen when docks that shared a place are put elsewhere."""
