@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from nodegraph import params
 from nodegraph.editor.parameters.color import ColorField
 from nodegraph.editor.parameters.field import Field
+from nodegraph.editor.parameters.look import GAP, LABEL_WIDTH
 from nodegraph.editor.parameters.numbers import NumberField, SeedField
 from nodegraph.editor.parameters.several import BoxField, IntervalField, MatrixField, VectorField
 from nodegraph.editor.parameters.simple import BoolField, ChoiceField, JsonField, PathField, Switch, TextField
@@ -70,7 +71,11 @@ class OptionalField(Field):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)
-        layout.addWidget(self.given)
+        line = QHBoxLayout()
+        line.addSpacing(LABEL_WIDTH + GAP)
+        line.addWidget(self.given)
+        line.addStretch(1)
+        layout.addLayout(line)
         layout.addWidget(self.inner)
         self.setFocusProxy(self.given)
 

@@ -167,6 +167,7 @@ class NumberEntry(QLineEdit):
         self.setFixedHeight(ROW_HEIGHT)
         self.setMinimumWidth(40)
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.setTextMargins(2, 0, 2, 0)
         self.editingFinished.connect(self._read)
         self.show_number(0.0)
 

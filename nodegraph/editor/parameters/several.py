@@ -250,8 +250,6 @@ class MatrixField(Numbers):
 class BoxField(Numbers):
     """Everything, or a box by its low and high corner."""
 
-    wide = True
-
     def __init__(self, declaration: Box, place: Any = None, parent: QWidget | None = None) -> None:
         super().__init__(declaration, place, parent)
         self._last: Any = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))

@@ -114,6 +114,7 @@ class LineEntry(QLineEdit):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setFixedHeight(ROW_HEIGHT)
+        self.setTextMargins(3, 0, 3, 0)
         self.shown = ""
         self.editingFinished.connect(self._finish)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import QEvent, QPoint, Qt
-from PySide6.QtGui import QContextMenuEvent, QGuiApplication
+from PySide6.QtGui import QContextMenuEvent, QGuiApplication, QKeyEvent
 from PySide6.QtWidgets import QApplication, QMenu
 
 from nodegraph.editor.parameters.menu import ParameterMenu
@@ -240,3 +240,24 @@ def test_nothing_is_left_behind(session: Any, qtbot: Any) -> None:
         QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         QApplication.processEvents()
     assert not [widget for widget in QApplication.allWidgets() if type(widget).__name__ == "ParameterRow"]
+
+
+def test_steps_end_before_a_shortcut_is_looked_up(row: Any, session: Any, qtbot: Any) -> None:
+    """Undo right after an arrow key takes that step back; it is not refused for a gesture that is still open."""
+    slider = row("amount").field.slider
+    slider.setFocus()
+    qtbot.keyClick(slider, Qt.Key.Key_Right)
+    assert session.in_gesture
+    control = Qt.KeyboardModifier.ControlModifier
+    QApplication.sendEvent(slider, QKeyEvent(QEvent.Type.ShortcutOverride, Qt.Key.Key_Z, control))
+    assert not session.in_gesture
+    session.undo()
+    assert session.network.get("all.amount") == 1.0
+
+
+def test_a_new_palette_reaches_icons_and_widgets(panel: Any, row: Any, session: Any) -> None:
+    old = row("amount")
+    palette = panel.palette()
+    palette.setColor(palette.ColorRole.Highlight, Qt.GlobalColor.magenta)
+    panel.setPalette(palette)
+    assert row("amount") is not old

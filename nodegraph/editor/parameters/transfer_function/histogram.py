@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import weakref
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
+from shiboken6 import isValid
 
 from nodegraph.data import Volume
 from nodegraph.data.volume import SLAB_BYTES
@@ -103,7 +105,6 @@ class HistogramOf(QObject):
     """Keeps the histogram of what one node reads. ``found`` brings it, or None where there is no volume."""
 
     found = Signal(object)
-    _counted = Signal(object, object)
 
     _known: weakref.WeakKeyDictionary[Any, Histogram] = weakref.WeakKeyDictionary()  # by the buffer of the data
     _numbers = itertools.count()
@@ -118,7 +119,6 @@ class HistogramOf(QObject):
         self._again = QTimer(self, singleShot=True, interval=AGAIN_MS)
         self._again.timeout.connect(self.look)
         self._channel = ("histogram", next(self._numbers))
-        self._counted.connect(self._take)
         session.changed.connect(self.look)
         session.answered.connect(self._answered)
 
@@ -171,21 +171,14 @@ class HistogramOf(QObject):
             self._show(buffer, known)
             return
 
-        def work() -> None:
-            try:
-                outcome: Histogram | None = count(volume)
-            except Exception:  # a device that was lost, a file that is gone: the plot stands without
-                outcome = None
-            try:
-                self._counted.emit(buffer, outcome)
-            except RuntimeError:
-                pass  # the widget is gone
-
-        QThreadPool.globalInstance().start(work)
+        self.session.work(partial(count, volume), partial(self._take, buffer))
 
     def _take(self, buffer: Any, histogram: Histogram | None) -> None:
+        """The histogram of some data, or None where it could not be made: a device was lost, a file is gone."""
         if histogram is not None:
             self._known[buffer] = histogram
+        if not isValid(self):
+            return  # the widget went while somebody counted
         if self._buffer is not None and self._buffer() is buffer:
             self._show(buffer, histogram)
 
