@@ -5,6 +5,8 @@ from __future__ import annotations
 import code
 import contextlib
 import io
+import sys
+import traceback
 from typing import Any
 
 from PySide6.QtCore import QEvent, QObject, Qt
@@ -18,13 +20,21 @@ For example: net["raycast"].step = 0.5
 """
 
 
+class _Interpreter(code.InteractiveConsole):
+    def showtraceback(self) -> None:
+        """A mistake at the prompt is text at the prompt, whoever listens to the program's own mistakes."""
+        kind, error, trace = sys.exc_info()
+        frames = trace.tb_next if trace is not None else None  # the first frame is the interpreter
+        self.write("".join(traceback.format_exception(kind, error, frames)))
+
+
 class Console(QWidget):
     """What was typed and what it printed, above a line to type. The arrows bring earlier lines back."""
 
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
-        self.interpreter = code.InteractiveConsole()
+        self.interpreter = _Interpreter()
         self._past: list[str] = []
         self._place = 0
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)

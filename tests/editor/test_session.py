@@ -1,0 +1,191 @@
+"""The session: one document, its engine beside the window, and what is known of its nodes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QImage
+from pytestqt.qtbot import QtBot
+
+from nodegraph import Network
+from nodegraph.commands import Add, Mute, Remove, Rename, Set, SetUI
+from nodegraph.data import Image, Volume
+from nodegraph.editor.channels import SCALES, Channel
+from nodegraph.editor.session import Message, Session
+from nodegraph.report import Report
+
+
+def small() -> Network:
+    """volume -> blur, with a slice of it in a view; 16 voxels a side."""
+    network = Network()
+    network.add("source.synthetic", "volume", voxels=(16, 16, 16))
+    network.add("filter.gaussian_blur", "blur")
+    network.add("render.slice", "slice")
+    network.add("output.view", "view")
+    network.connect("volume.volume", "blur.volume")
+    network.connect("blur.smoothed", "slice.volume")
+    network.connect("slice.image", "view.image")
+    network.history.mark_saved()
+    return network
+
+
+@pytest.fixture
+def shown(session: Session, qtbot: QtBot) -> Session:
+    """A session whose view was computed once."""
+    session.adopt(small())
+    with qtbot.waitSignal(session.answered, timeout=20000):
+        session.watch("test", "view", (32, 32))
+    return session
+
+
+def test_what_is_refused_is_told_and_changes_nothing(session: Session, heard: list[Message]) -> None:
+    assert session.do(Add("source.synthetic", "volume"))
+    assert not session.do(Set("volume.nothing", 1))
+    assert [(message.level, message.path) for message in heard] == [("error", "volume")]
+    assert "no such parameter" in heard[0].text
+    session.undo()
+    assert not session.network.nodes
+    session.undo()  # there is nothing more to undo, which is no mistake
+    session.redo()
+    assert list(session.network.nodes) == ["volume"]
+
+
+def test_a_watched_view_is_computed_again_after_every_change(shown: Session, qtbot: QtBot) -> None:
+    assert {str(shown.state(path)) for path in shown.network.nodes} == {"clean"}
+    first = shown.report
+    with qtbot.waitSignal(shown.answered, timeout=20000):
+        shown.do(Set("blur.sigma", 9.0))
+        assert str(shown.state("blur")) == str(shown.state("view")) == "dirty"
+        assert str(shown.state("volume")) == "clean"
+    assert shown.report is not first
+    assert "volume" not in shown.report.timings
+    assert str(shown.state("view")) == "clean"
+
+
+def test_moving_a_node_asks_for_nothing(shown: Session, qtbot: QtBot) -> None:
+    with qtbot.assertNotEmitted(shown.answered, wait=150):
+        shown.do(SetUI("blur", "position", [10, 20]))
+    assert str(shown.state("view")) == "clean"
+
+
+def test_a_drag_is_one_step_and_ends_in_final_quality(shown: Session, qtbot: QtBot) -> None:
+    asked: list[str] = []
+    submit = shown.engine.submit
+
+    def spy(*arguments: object, **named: object) -> object:
+        asked.append(str(named["quality"]))
+        return submit(*arguments, **named)  # type: ignore[arg-type]
+
+    shown.engine.submit = spy  # type: ignore[method-assign, assignment]
+    with shown.gesture("drag"):
+        for sigma in (2.0, 3.0, 4.0):
+            with qtbot.waitSignal(shown.answered, timeout=20000):
+                shown.do(Set("blur.sigma", sigma))
+    with qtbot.waitSignal(shown.answered, timeout=20000):
+        pass
+    assert asked[0] == "interactive"
+    assert asked[-1] == "final"
+    shown.undo()
+    assert shown.network.get("blur.sigma") == 1.0
+
+
+def test_an_exception_takes_the_whole_gesture_back(session: Session) -> None:
+    def drag() -> None:
+        with session.gesture("outer"):
+            session.do(Add("source.synthetic"))
+            with session.gesture("inner"):
+                raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        drag()
+    assert not session.network.nodes
+    assert not session.in_gesture
+
+
+def test_failures_are_told_once_with_their_node_and_the_state_says_why(
+    shown: Session, heard: list[Message], qtbot: QtBot
+) -> None:
+    with qtbot.waitSignal(shown.answered, timeout=20000):
+        shown.network.disconnect("slice.volume")
+    with qtbot.waitSignal(shown.answered, timeout=20000):
+        shown.do(Set("view.width", 300))
+    errors = [message for message in heard if message.level == "error"]
+    assert [message.path for message in errors] == ["slice"]
+    assert str(shown.state("slice")) == "blocked"
+    assert "slice.volume" in shown.state("slice").reason
+    assert "blocked by" in shown.state("view").reason
+
+
+def test_values_and_their_pictures(shown: Session, qtbot: QtBot) -> None:
+    volume = shown.value("volume", "volume")
+    assert isinstance(volume, Volume)
+    assert volume.data.shape == (16, 16, 16)
+    assert shown.value("volume", "nothing") is None
+    got: list[QImage | None] = []
+    shown.picture(volume, got.append, (96, 32))
+    red = Image(np.array([[[1.0, 0.0, 0.0, 1.0], [0.25, 0.0, 0.0, 0.5]]], np.float32))
+    shown.picture(red, got.append, None)
+    shown.picture("no picture", got.append, None)
+    qtbot.waitUntil(lambda: len(got) == 3, timeout=10000)
+    by_size = {(image.width(), image.height()): image for image in got if image is not None}
+    assert set(by_size) == {(96, 32), (2, 1)}
+    assert by_size[2, 1].pixelColor(0, 0).getRgb() == (255, 0, 0, 255)
+    # Premultiplied 0.25 at half opacity is 0.5, which sRGB writes as 188.
+    assert by_size[2, 1].pixelColor(1, 0).getRgb() == (188, 0, 0, 128)
+
+
+def test_the_selection_follows_renames_and_removals(session: Session) -> None:
+    session.adopt(small())
+    seen: list[tuple[str, ...]] = []
+    session.selected.connect(seen.append)
+    session.select("blur", "volume", "nothing")
+    session.do(Rename("blur", "soft"))
+    assert session.selection == ("soft", "volume")
+    session.do(Remove(["soft"]))
+    assert session.selection == ("volume",)
+    assert seen == [("blur", "volume"), ("volume",)]
+
+
+def test_groups_and_muted_nodes_have_states(shown: Session) -> None:
+    shown.network.group("volume", "blur", id="front")
+    assert str(shown.state("front")) in ("clean", "dirty")
+    shown.enter("front")
+    assert shown.level == "front"
+    shown.do(Mute("front/blur"))
+    assert "muted" in shown.state("front/blur").reason
+    shown.undo()
+    shown.undo()
+    assert shown.level == ""
+
+
+def test_open_and_save(session: Session, heard: list[Message], tmp_path: Path) -> None:
+    session.adopt(small())
+    file = tmp_path / "net.json"
+    assert session.save(file)
+    assert session.path == file
+    session.do(Set("blur.sigma", 2.0))
+    assert session.modified
+    assert session.open(file)
+    assert not session.modified
+    assert session.network.get("blur.sigma") == 1.0
+    kept = session.network
+    assert not session.open(tmp_path / "nothing.json")
+    assert session.network is kept
+    assert heard[-1].level == "error"
+
+
+def test_a_drag_is_let_show_pictures_and_learns_their_size() -> None:
+    slot = Channel("view", (400, 200))
+    slot.running, slot.quality = object(), "interactive"  # type: ignore[assignment]
+    slot.since = float("inf")
+    assert slot.may_wait("interactive")
+    assert not slot.may_wait("final")
+    for _ in SCALES:
+        slot.learn(Report(timings={"view": 1.0}, states={}))
+    assert slot.asked_size("interactive") == (100, 50)
+    assert slot.asked_size("final") == (400, 200)
+    for _ in SCALES:
+        slot.learn(Report(timings={"view": 0.001}, states={}))
+    assert slot.asked_size("interactive") == (400, 200)
