@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QMenu, QToolButton, Q
 from nodegraph.editor.canvas import catalogue
 from nodegraph.editor.canvas.choosers import Choice, Chooser, FindBar, NameField, NoteField, matches
 from nodegraph.editor.canvas.edits import CanvasEdits
-from nodegraph.editor.canvas.faces import face_of
+from nodegraph.editor.canvas.faces import face_of, title_of
 from nodegraph.editor.canvas.items import BoxItem
 from nodegraph.editor.canvas.menus import KEYS, menu_for
 from nodegraph.editor.canvas.minimap import Minimap
@@ -66,8 +66,8 @@ class CanvasView(QWidget):
         view.wants_rename.connect(self.rename)
         scene.synced.connect(self._refresh)
         scene.rebuilt.connect(self._arrive)
-        scene.selectionChanged.connect(self.minimap.update)
-        session.states_changed.connect(self.minimap.update)
+        for changed in (scene.selectionChanged, session.states_changed, session.changed):
+            changed.connect(self.minimap.renew_soon)
         self.finder.typed.connect(self._find)
         self.finder.stepped.connect(self._step)
         self.finder.closed.connect(self._end_find)
@@ -253,7 +253,7 @@ class CanvasView(QWidget):
 
     def _find(self, words: str) -> None:
         walk = self.session.network.walk()
-        found = [node.path for node in walk if words.strip() and matches(words, node.path, node.type)]
+        found = [node.path for node in walk if words.strip() and matches(words, node.path, node.type, title_of(node))]
         self._found, self._place = found, -1
         prefix = self.scene.level.prefix
         here = {path.removeprefix(prefix) for path in found if path.startswith(prefix)}
@@ -302,7 +302,7 @@ class CanvasView(QWidget):
     def _refresh(self) -> None:
         self._hint.setVisible(not self.scene.nodes and not self.scene.boxes)
         self._place_overlays()
-        self.minimap.refresh()
+        self.minimap.renew()
 
     def _show_crumbs(self) -> None:
         """The way from the whole document to the group that is shown."""
@@ -360,3 +360,4 @@ class CanvasView(QWidget):
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.FontChange) and hasattr(self, "scene"):
             self.scene.repaint_in(self.palette())
             self.view.resetCachedContent()
+            self.minimap.renew()

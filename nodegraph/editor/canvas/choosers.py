@@ -4,8 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import (
+    QEvent,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    QPoint,
+    QRect,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QKeyEvent, QPainter, QPalette
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -14,10 +24,15 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QPlainTextEdit,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QToolButton,
     QVBoxLayout,
     QWidget,
 )
+
+from nodegraph.editor.canvas.look import font
 
 Choice = tuple[str, str, str]
 """Key, what is shown first, what stands in the second line."""
@@ -27,6 +42,38 @@ def matches(words: str, *texts: str) -> bool:
     """Whether every word occurs in one of the texts."""
     lowered = " ".join(texts).lower()
     return all(word in lowered for word in words.lower().split())
+
+
+SECOND = Qt.ItemDataRole.UserRole + 1
+
+
+class _TwoLines(QStyledItemDelegate):
+    """A name and, paler, what it does."""
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> None:
+        palette, rect = option.palette, option.rect
+        chosen = bool(option.state & QStyle.StateFlag.State_Selected)
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if chosen:
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(palette.color(QPalette.ColorRole.Highlight))
+            painter.drawRoundedRect(rect.adjusted(0, 1, 0, -1), 4, 4)
+        color = palette.color(QPalette.ColorRole.HighlightedText if chosen else QPalette.ColorRole.Text)
+        painter.setPen(color)
+        second = index.data(SECOND)
+        box = rect.adjusted(8, 4, -8, -4)
+        top = Qt.AlignmentFlag.AlignLeft | (Qt.AlignmentFlag.AlignTop if second else Qt.AlignmentFlag.AlignVCenter)
+        painter.drawText(box, top, index.data(Qt.ItemDataRole.DisplayRole))
+        if second:
+            color.setAlphaF(0.65 if not chosen else 0.85)
+            painter.setPen(color)
+            painter.setFont(font(11))
+            text = painter.fontMetrics().elidedText(second, Qt.TextElideMode.ElideRight, box.width())
+            painter.drawText(box, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom, text)
+        painter.restore()
 
 
 class Chooser(QFrame):
@@ -42,7 +89,7 @@ class Chooser(QFrame):
         self.choices = list(choices)
         self.field = QLineEdit(placeholderText=hint, clearButtonEnabled=True)
         self.list = QListWidget()
-        self.list.setUniformItemSizes(True)
+        self.list.setItemDelegate(_TwoLines(self.list))
         self.list.setFrameShape(QFrame.Shape.NoFrame)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -81,9 +128,11 @@ class Chooser(QFrame):
         lowered = words.lower()
         found.sort(key=lambda choice: (not choice[1].lower().startswith(lowered), lowered not in choice[1].lower()))
         for key, name, second in found:
-            item = QListWidgetItem(f"{name}\n{second}" if second else name)
+            item = QListWidgetItem(name)
             item.setData(Qt.ItemDataRole.UserRole, key)
-            item.setSizeHint(QSize(100, 38 if second else 24))
+            item.setData(SECOND, second)
+            item.setToolTip(second)
+            item.setSizeHint(QSize(100, 40 if second else 26))
             self.list.addItem(item)
         self.list.setCurrentRow(0)
         self.list.setVisible(bool(found))
@@ -223,8 +272,3 @@ class FindBar(QFrame):
                 self.stepped.emit(-1 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1)
                 return True
         return super().eventFilter(watched, event)
-
-
-def rect_on(view: QWidget, rect: QRectF) -> QRect:
-    """A rectangle with whole numbers, cut to a widget."""
-    return rect.toAlignedRect().intersected(view.rect())

@@ -130,7 +130,9 @@ class CanvasEdits:
 
     def rename(self, id: str, new: str) -> bool:
         """Give a node another id."""
-        return self.session.do(Rename(self.scene.path_of(id), new.strip()))
+        done = self.session.do(Rename(self.scene.path_of(id), new.strip()))
+        self.scene.flush()
+        return done
 
     def mute(self) -> None:
         """Mute the selected nodes; wake them up where all are muted."""
@@ -178,6 +180,7 @@ class CanvasEdits:
         for id in ids:
             area = area.united(self.scene.nodes[id].body_in_scene())
         away = QPointF(STEP, STEP) if at is None else at - area.center()
+        away = QPointF(round(away.x()), round(away.y()))  # together, or the nodes would shift against each other
         self.place({id: _xy(self.scene.nodes[id].pos() + away) for id in ids}, "paste")
 
     def duplicate(self) -> list[str]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QPointF, QRectF
-from PySide6.QtGui import QColor, QFont, QPainterPath, QPalette, QPolygonF
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QFont, QPainter, QPainterPath, QPalette, QPixmap, QPolygonF, QTransform
 
 GRID = 20.0
 """Distance of the grid's points, and what positions snap to while Ctrl is held."""
@@ -91,6 +91,19 @@ def port_path(shape: str, radius: float = PORT) -> QPainterPath:
     if shape == "ring":
         path.addEllipse(QPointF(0, 0), r * 0.45, r * 0.45)
     return path
+
+
+def dotted(color: QColor, step: float, zoom: float) -> QBrush:
+    """A brush for the scene with a dot at every ``step``, two pixels wide at a zoom."""
+    side = max(2, round(step * zoom))
+    tile = QPixmap(side, side)
+    tile.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(tile)
+    painter.fillRect(0, 0, 2, 2, color)
+    painter.end()
+    brush = QBrush(tile)
+    brush.setTransform(QTransform.fromScale(step / side, step / side))
+    return brush
 
 
 def wire_path(start: QPointF, end: QPointF) -> QPainterPath:

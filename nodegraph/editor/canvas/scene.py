@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from nodegraph.commands import Command
     from nodegraph.editor.session import Session
     from nodegraph.network import Network, Node
+    from nodegraph.report import Report
 
 Item = NodeItem | WireItem | BoxItem
 
@@ -44,6 +45,7 @@ class CanvasScene(QGraphicsScene):
         self.nodes: dict[str, NodeItem] = {}  # by id on this level
         self.wires: dict[tuple[Wire, int], WireItem] = {}
         self.boxes: dict[tuple[str, str], BoxItem] = {}
+        self.timings: dict[str, float] = {}  # seconds of each node's last run, from all views
         # Where the layout put nodes that the document has no position for; kept for when an undo takes theirs.
         self._provisional: dict[str, tuple[float, float]] = {}
         self._at: dict[str, list[WireItem]] = {}
@@ -51,7 +53,8 @@ class CanvasScene(QGraphicsScene):
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self.sync)
         session.changed.connect(self._on_change)
-        session.replaced.connect(self.rebuild)
+        session.replaced.connect(self._start_over)
+        session.finished.connect(self._learn)
         session.entered.connect(self.rebuild)
         session.selected.connect(self._show_selection)
         session.states_changed.connect(self.restate)
@@ -200,6 +203,14 @@ class CanvasScene(QGraphicsScene):
         for item in self.nodes.values():
             item.restate()
 
+    def _start_over(self) -> None:
+        self.timings.clear()
+        self.rebuild()
+
+    def _learn(self, report: Report) -> None:
+        """Keep how long nodes took: the next report may speak of others only."""
+        self.timings.update(report.timings)
+
     def _restate_one(self, path: str, *_: object) -> None:
         prefix = self.level.prefix
         if path.startswith(prefix):
@@ -211,6 +222,9 @@ class CanvasScene(QGraphicsScene):
         state = self.session.state(path)
         words = state.reason.split("\n")[0]
         fraction = None
+        node = self.session.network.node(path) if path in self.session.network else None
+        if node is not None and node.muted:
+            return Status("dirty", "data passes it by")
         if state == "clean":
             seconds = self._seconds(path)
             words = words or (f"done in {seconds_told(seconds)}" if seconds is not None else "done")
@@ -225,11 +239,10 @@ class CanvasScene(QGraphicsScene):
         return Status(str(state), words or str(state), fraction)
 
     def _seconds(self, path: str) -> float | None:
-        timings = self.session.report.timings
-        if path in timings:
-            return timings[path]
-        inside = [seconds for key, seconds in timings.items() if key.startswith(f"{path}/")]
-        return sum(inside) if inside and self.nodes[path.removeprefix(self.level.prefix)].face.group else None
+        if path in self.timings:
+            return self.timings[path]
+        inside = [seconds for key, seconds in self.timings.items() if key.startswith(f"{path}/")]
+        return sum(inside) if inside else None
 
     def _fraction(self, words: str) -> float | None:
         try:

@@ -66,8 +66,8 @@ def port_tip(session: Session, node: Node, port: Port) -> str:
     return "<br>".join(lines)
 
 
-def node_tip(session: Session, node: Node) -> str:
-    """The tooltip of a node: its kind, what it does, how it stands."""
+def node_tip(session: Session, node: Node, seconds: float | None = None) -> str:
+    """The tooltip of a node: its kind, what it does, how it stands, ``seconds`` of its last run."""
     state = session.state(node.path)
     lines = [f"<b>{escape(node.path)}</b>&nbsp; {escape(node.type)}"]
     doc = (node.processor.__doc__ or "").strip().split("\n")[0] if node.processor is not None else ""
@@ -76,7 +76,6 @@ def node_tip(session: Session, node: Node) -> str:
     if node.trouble is not None:
         lines.append(escape(str(node.trouble)))
     how = str(state) + (f": {state.reason}" if state.reason else "")
-    seconds = session.report.timings.get(node.path)
     if seconds is not None:
         how += f", {seconds_told(seconds)}"
     device = _device(session, node.path)

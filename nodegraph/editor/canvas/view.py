@@ -21,7 +21,7 @@ from PySide6.QtWidgets import QGraphicsView, QToolTip
 from nodegraph.editor.canvas.drags import BandDrag, Drag, MoveDrag, PanDrag, ResizeDrag, WireDrag
 from nodegraph.editor.canvas.edits import CanvasEdits
 from nodegraph.editor.canvas.items import BoxItem, WireItem
-from nodegraph.editor.canvas.look import GRID
+from nodegraph.editor.canvas.look import GRID, dotted
 from nodegraph.editor.canvas.node_item import NodeItem
 from nodegraph.editor.canvas.scene import CanvasScene, Item
 from nodegraph.editor.canvas.told import node_tip, port_tip
@@ -389,7 +389,11 @@ class GraphView(QGraphicsView):
         if isinstance(item, NodeItem):
             node = scene.level.nodes[item.face.id]
             port = item.port_row_at(point)
-            return port_tip(scene.session, node, port) if port is not None else node_tip(scene.session, node)
+            return (
+                port_tip(scene.session, node, port)
+                if port is not None
+                else node_tip(scene.session, node, scene.timings.get(node.path))
+            )
         if isinstance(item, WireItem):
             id, _, output = item.wire[0].rpartition(".")
             if id in scene.nodes:
@@ -405,16 +409,7 @@ class GraphView(QGraphicsView):
         step = GRID if self.zoom > 0.6 else GRID * 5 if self.zoom > 0.2 else 0.0
         if not step:
             return
-        painter.setPen(look.grid)
-        left, top = step * (rect.left() // step), step * (rect.top() // step)
-        columns, rows = int(rect.width() / step) + 2, int(rect.height() / step) + 2
-        size = 2.0 / self.zoom
-        points = [QPointF(left + i * step, top + j * step) for i in range(columns) for j in range(rows)]
-        pen = painter.pen()
-        pen.setWidthF(size)
-        pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-        painter.setPen(pen)
-        painter.drawPoints(points)
+        painter.fillRect(rect, dotted(look.grid, step, self.zoom))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -176,7 +176,7 @@ def test_monkey(session: Session, canvas: CanvasView, seed: int) -> None:
     QGuiApplication.clipboard().setText("no JSON")
     before = text_of(session)
     monkey = Monkey(canvas, seed)
-    for _ in range(250):
+    for _ in range(500):
         monkey.step()
         check_shows_the_document(canvas)
     after = text_of(session)
