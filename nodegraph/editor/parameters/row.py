@@ -95,6 +95,7 @@ class ParameterRow(QWidget):
         self.expression.entered.connect(self._express)
         self.error = complaint()
         self._editing_expression = False
+        self._shown_tie: tuple[Tie, bool] | None = None
         self._arrange()
         self._explain()
         self.refresh()
@@ -147,6 +148,9 @@ class ParameterRow(QWidget):
         self.error.setVisible(bool(text))
 
     def _show_tie(self, tie: Tie) -> None:
+        if (tie, self._editing_expression) == self._shown_tie:
+            return  # most changes are of values
+        self._shown_tie = (tie, self._editing_expression)
         self.tie.setVisible(tie.kind != "own")
         names = {"wire": "wire", "variable": "link", "expression": "expression"}
         says = {

@@ -67,13 +67,16 @@ class Plot:
         painter.setClipRect(self.area)
         self._draw_histogram(painter, palette)
         if self.function.keys:
-            self._draw_fill(painter)
-            self._draw_curve(painter, palette)
+            values = self._columns()
+            colors, opacities = _screen(self.function, values), opacity_at(self.function, values)
+            self._draw_fill(painter, colors, opacities)
+            self._draw_curve(painter, palette, values, opacities)
         painter.restore()
         painter.setPen(QPen(ink(palette, 0.25), 1.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(self.area)
-        self._draw_strip(painter, palette)
+        if self.function.keys:
+            self._draw_strip(painter, palette, colors)
         self._draw_values(painter, palette)
         painter.save()
         painter.setClipRect(self.area.adjusted(-KEY - 2, -KEY - 2, KEY + 2, KEY + 2))
@@ -128,27 +131,26 @@ class Plot:
         count = max(1, round(self.area.width()))
         return np.asarray(self.axis.low + self.axis.span * (np.arange(count) + 0.5) / count)
 
-    def _draw_fill(self, painter: QPainter) -> None:
-        values = self._columns()
-        tops = height(opacity_at(self.function, values), self.scale)
+    def _draw_fill(self, painter: QPainter, colors: np.ndarray, opacities: np.ndarray) -> None:
+        tops = height(opacities, self.scale)
         rows = max(1, round(self.area.height()))
-        pixels = np.zeros((rows, len(values), 4), np.uint8)
-        pixels[..., :3] = _screen(self.function, values)
+        pixels = np.zeros((rows, len(colors), 4), np.uint8)
+        pixels[..., :3] = colors
         level = 1.0 - (np.arange(rows) + 0.5) / rows
         pixels[..., 3] = np.where(level[:, None] < tops[None, :], 150, 0)
-        image = QImage(pixels.data, len(values), rows, 4 * len(values), QImage.Format.Format_RGBA8888)
+        image = QImage(pixels.data, len(colors), rows, 4 * len(colors), QImage.Format.Format_RGBA8888)
         painter.drawImage(self.area, image)
 
-    def _draw_curve(self, painter: QPainter, palette: QPalette) -> None:
-        values = self._columns()
+    def _draw_curve(self, painter: QPainter, palette: QPalette, values: np.ndarray, opacities: np.ndarray) -> None:
         keys = self.function.keys
         low, high = keys[0], keys[-1]
-        inside = [float(v) for v in values if low.value < v < high.value]
         # The keys themselves, left and right of steps, among the samples: corners stay corners.
         corners = [(key.value, place, key.opacity) for place, key in enumerate(keys)]
-        samples = [(v, -1, float(o)) for v, o in zip(inside, opacity_at(self.function, inside), strict=True)]
-        own = {key.value for key in keys}
-        points = sorted([*corners, *(sample for sample in samples if sample[0] not in own)])
+        inside = (values > low.value) & (values < high.value)
+        for key in keys:
+            inside &= values != key.value
+        samples = [(float(v), -1, float(o)) for v, o in zip(values[inside], opacities[inside], strict=True)]
+        points = sorted([*corners, *samples])
         path = QPainterPath(QPointF(self.area.left(), self.y(low.opacity)))
         if low.value < self.axis.low:
             path = QPainterPath(QPointF(self.x(low.value), self.y(low.opacity)))
@@ -159,14 +161,11 @@ class Plot:
         painter.setPen(QPen(ink(palette, 0.9), 1.4))
         painter.drawPath(path)
 
-    def _draw_strip(self, painter: QPainter, palette: QPalette) -> None:
+    def _draw_strip(self, painter: QPainter, palette: QPalette, colors: np.ndarray) -> None:
         strip = QRectF(self.area.left(), self.area.bottom() + 4.0, self.area.width(), STRIP)
-        if self.function.keys:
-            values = self._columns()
-            pixels = np.full((1, len(values), 4), 255, np.uint8)
-            pixels[0, :, :3] = _screen(self.function, values)
-            image = QImage(pixels.data, len(values), 1, 4 * len(values), QImage.Format.Format_RGBA8888)
-            painter.drawImage(strip, image)
+        pixels = np.full((1, len(colors), 4), 255, np.uint8)
+        pixels[0, :, :3] = colors
+        painter.drawImage(strip, QImage(pixels.data, len(colors), 1, 4 * len(colors), QImage.Format.Format_RGBA8888))
         painter.setPen(QPen(ink(palette, 0.25), 1.0))
         painter.drawRect(strip)
 
