@@ -145,14 +145,11 @@ def render(
     turn = 0
     with ThreadPoolExecutor(1, "blocks") as reader:
         coming = iter(_on_screen(cast, blocks))
-        ahead = _read_next(reader, cast, coming, hidden)
+        ahead = _read_next(reader, cast, coming, hidden, size)
         while ahead is not None:
-            done, block, box, future = ahead
-            part, gradient = future.result()
-            ahead = _read_next(reader, cast, coming, hidden)
-            own = _block_bindings(cast, block, part, size)
-            if gradient is not None:
-                own["gradient"] = gradient
+            done, box, future = ahead
+            own = future.result()
+            ahead = _read_next(reader, cast, coming, hidden, size)
             found = device.run(
                 cast.kernel,
                 cast.size,
@@ -177,7 +174,7 @@ def render(
     return Rendered(*result[:2]) if result else nothing_seen(cast.size, device.real)
 
 
-Ahead = tuple[int, Block, Pixels, "Future[tuple[Volume, Volume | None]]"]
+Ahead = tuple[int, Pixels, "Future[dict[str, Any]]"]
 
 
 def _on_screen(cast: Cast, blocks: list[Block]) -> Iterator[tuple[int, Block, Pixels]]:
@@ -188,23 +185,32 @@ def _on_screen(cast: Cast, blocks: list[Block]) -> Iterator[tuple[int, Block, Pi
 
 
 def _read_next(
-    reader: ThreadPoolExecutor, cast: Cast, coming: Iterator[tuple[int, Block, Pixels]], hidden: Array | None
+    reader: ThreadPoolExecutor,
+    cast: Cast,
+    coming: Iterator[tuple[int, Block, Pixels]],
+    hidden: Array | None,
+    size: int,
 ) -> Ahead | None:
     """Begin to read the next block of which something may be seen; None after the last."""
     for i, block, box in coming:
         left, top, right, bottom = box
         if hidden is None or not hidden[top:bottom, left:right].all():
-            return i, block, box, reader.submit(_read, cast, block)
+            return i, box, reader.submit(_read, cast, block, size)
     return None
 
 
-def _read(cast: Cast, block: Block) -> tuple[Volume, Volume | None]:
+def _read(cast: Cast, block: Block, size: int) -> dict[str, Any]:
+    """Everything that a kernel is told of a block."""
     part = _copied(cast.volume, block)
     if part.dtype.itemsize > 2 and part.dtype != np.float32:
         low, high = sorted((end - part.mapping.offset) / part.mapping.scale for end in cast.volume.range)
         share_range(part.buffer, low, high)
-    gradient = None if cast.gradient is None else _copied(cast.gradient, block)
-    return part.less(cast.level), gradient if cast.differentiate is None else cast.differentiate(part)
+    own = {"volume": part.less(cast.level)} | _place(cast, block, size)
+    if cast.gradient is not None:
+        own["gradient"] = _copied(cast.gradient, block)
+    elif cast.differentiate is not None:
+        own["gradient"] = cast.differentiate(part)
+    return own
 
 
 def _copied(volume: Volume, block: Block) -> Volume:
@@ -213,12 +219,11 @@ def _copied(volume: Volume, block: Block) -> Volume:
     return Volume(np.ascontiguousarray(part.data), part.index_to_world, part.mapping)
 
 
-def _block_bindings(cast: Cast, block: Block, part: Volume, size: int) -> dict[str, Any]:
-    """Everything that a kernel is told of a block."""
+def _place(cast: Cast, block: Block, size: int) -> dict[str, Any]:
+    """Where a block lies and what of it can be seen."""
     counts = block_counts(cast.volume.dims, size)
     outer = [(at == 0, at == count - 1) for at, count in zip(block.place, counts, strict=True)]
     own: dict[str, Any] = {
-        "volume": part,
         "whole": [float(n) for n in cast.volume.dims],
         "corner": [float(n) for n in block.first],
         "block_low": [-BEYOND if first else low for low, (first, _) in zip(block.low, outer, strict=True)],
