@@ -104,6 +104,8 @@ class CanvasEdits:
 
     def add(self, type: str, at: QPointF) -> str | None:
         """Add a node with its title at a point and return its id; None where it is refused."""
+        while any((item.pos() - at).manhattanLength() < STEP / 2 for item in self.scene.nodes.values()):
+            at += QPointF(STEP, STEP)  # never exactly on another node
         command = Add(type, group=self.level.prefix.rstrip("/"))
         with self.session.gesture("add"):
             if not self.session.do(command):

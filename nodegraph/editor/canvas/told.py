@@ -66,6 +66,17 @@ def port_tip(session: Session, node: Node, port: Port) -> str:
     return "<br>".join(lines)
 
 
+def shown_value(session: Session, node: Node, port: Port) -> Any | None:
+    """The value at a port as far as it is kept: an output's own, of an input what its first wire brings."""
+    if port.output:
+        return session.value(node.path, port.name)
+    sources = node.inputs.get(port.name, ())
+    if not sources or node.parent is None:
+        return None
+    giver, _, output = (node.parent.prefix + sources[0]).rpartition(".")
+    return session.value(giver, output) if giver in session.network else None
+
+
 def node_tip(session: Session, node: Node, seconds: float | None = None) -> str:
     """The tooltip of a node: its kind, what it does, how it stands, ``seconds`` of its last run."""
     state = session.state(node.path)

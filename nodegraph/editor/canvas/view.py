@@ -16,7 +16,7 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QGraphicsView, QToolTip
+from PySide6.QtWidgets import QGraphicsView
 
 from nodegraph.editor.canvas.drags import BandDrag, Drag, MoveDrag, PanDrag, ResizeDrag, WireDrag
 from nodegraph.editor.canvas.edits import CanvasEdits
@@ -24,7 +24,7 @@ from nodegraph.editor.canvas.items import BoxItem, WireItem
 from nodegraph.editor.canvas.look import GRID, dotted
 from nodegraph.editor.canvas.node_item import NodeItem
 from nodegraph.editor.canvas.scene import CanvasScene, Item
-from nodegraph.editor.canvas.told import node_tip, port_tip
+from nodegraph.editor.canvas.tips import Tips
 
 MIME = "application/x-nodegraph-processor"
 LEAST, MOST = 0.08, 3.0
@@ -60,6 +60,7 @@ class GraphView(QGraphicsView):
         self.setMouseTracking(True)
         self.setAcceptDrops(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.tips = Tips(scene, self.viewport())
         self._pan: PanDrag | None = None
         self._space = False
         scene.synced.connect(self._end_drag)
@@ -374,34 +375,29 @@ class GraphView(QGraphicsView):
 
     def viewportEvent(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
-            text = self.tip_at(self.mapToScene(event.pos()))
-            if text:
-                QToolTip.showText(event.globalPos(), text, self.viewport())
-            else:
-                QToolTip.hideText()
+            self._show_tip(self.mapToScene(event.pos()), event.globalPos())
             return True
         return super().viewportEvent(event)
 
     def tip_at(self, point: QPointF) -> str:
-        """The tooltip of what is at a point."""
-        item = self.item_at(point)
-        scene = self.canvas_scene
+        """Show the tooltip of what is at a point of the scene, and return its words."""
+        self._show_tip(point, self.viewport().mapToGlobal(self.mapFromScene(point)))
+        return self.tips.text
+
+    def _show_tip(self, point: QPointF, where: QPoint) -> None:
+        item, nodes = self.item_at(point), self.canvas_scene.nodes
         if isinstance(item, NodeItem):
-            node = scene.level.nodes[item.face.id]
-            port = item.port_row_at(point)
-            return (
-                port_tip(scene.session, node, port)
-                if port is not None
-                else node_tip(scene.session, node, scene.timings.get(node.path))
-            )
-        if isinstance(item, WireItem):
+            self.tips.show(where, item.face.id, item.port_row_at(point))
+        elif isinstance(item, WireItem):
             id, _, output = item.wire[0].rpartition(".")
-            if id in scene.nodes:
-                port = next((port for port in scene.nodes[id].face.outputs if port.name == output), None)
-                if port is not None:
-                    return port_tip(scene.session, scene.level.nodes[id], port)
-            return f"This wire leads from {item.wire[0]}, which does not exist."
-        return ""
+            outputs = nodes[id].face.outputs if id in nodes else ()
+            port = next((port for port in outputs if port.name == output), None)
+            if port is not None:
+                self.tips.show(where, id, port)
+            else:
+                self.tips.say(where, f"This wire leads from {item.wire[0]}, which does not exist.")
+        else:
+            self.tips.say(where, "")
 
     def drawBackground(self, painter: QPainter, rect: QRectF | QRect) -> None:
         look = self.canvas_scene.look

@@ -225,6 +225,11 @@ def test_a_drop_carries_a_processor(session: Session, canvas: CanvasView) -> Non
     assert body.contains(canvas.view.mapToScene(QPoint(300, 600)))
 
 
+def test_nodes_that_are_added_at_one_place_do_not_hide_each_other(canvas: CanvasView) -> None:
+    ids = [canvas.edits.add("filter.gradient", QPointF(0, 600)) for _ in range(3)]
+    assert len({canvas.scene.nodes[str(id)].pos().toTuple() for id in ids}) == 3
+
+
 def test_it_follows_what_others_change(session: Session, canvas: CanvasView) -> None:
     session.do(SetUI("blur", "position", [5, 7]))
     assert canvas.scene.nodes["blur"].pos() == QPointF(5, 7)
@@ -237,7 +242,7 @@ def test_it_follows_what_others_change(session: Session, canvas: CanvasView) -> 
     assert canvas._hint.isVisible()
 
 
-def test_tooltips_say_what_is_there_or_why_not(session: Session, canvas: CanvasView, hand: Hand) -> None:
+def test_tooltips_say_what_is_there_or_why_not(session: Session, canvas: CanvasView, hand: Hand, qtbot: QtBot) -> None:
     assert "no open view has asked" in canvas.view.tip_at(hand.port("volume", "volume", True))
     assert "Nothing is connected" in canvas.view.tip_at(hand.port("raycast", "gradient"))
     assert "from volume.volume" in canvas.view.tip_at(hand.port("blur", "volume"))
@@ -246,6 +251,7 @@ def test_tooltips_say_what_is_there_or_why_not(session: Session, canvas: CanvasV
     value = report.shown["volume"]["volume"]
     assert value.summary() in canvas.view.tip_at(hand.port("volume", "volume", True))
     assert value.summary() in canvas.view.tip_at(hand.port("blur", "volume"))
+    qtbot.waitUntil(lambda: "<img" in canvas.view.tips.text, timeout=10000)
 
 
 def test_a_node_says_how_it_stands(session: Session, canvas: CanvasView, qtbot: QtBot) -> None:
