@@ -7,6 +7,7 @@ import numpy as np
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.compute import blockwise
 from nodegraph.data import Image, Mapping, Volume, bricks, preintegration
+from nodegraph.data.space import affine
 from nodegraph.errors import DeviceError, PortError
 from nodegraph.ports import channels, has_components
 from nodegraph.requests import Request, coarseness
@@ -196,7 +197,9 @@ class Raycast(Processor):
                     explain("gradients are taken on the fly: six samples for each that is lit")
             if gradient is not None:
                 bindings |= {"gradient": gradient}
-            defines |= {"LIT": True, "GRADIENT": gradient is not None or differentiate is not None}
+            # An own one has a voxel more on each side than what is wired.
+            own = differentiate is not None or (gradient is not None and gradient.dims != volume.dims)
+            defines |= {"LIT": True, "GRADIENT": 2 if own else 0 if gradient is None else 1}
             bindings |= {"to_eye": to_eye / np.abs(to_eye).max()}
 
         kernel = KERNELS[mode]
@@ -379,9 +382,10 @@ def visible_groups(ranges, function, what, rows, least, level):
 def index_gradient(volume):
     """Central differences of a scalar volume at its voxels, per index unit: what a ray would find there itself.
 
-    Interpolated between voxels they are the differences of the interpolated field. Whole numbers stay whole.
+    Interpolated between voxels they are the differences of the interpolated field. Whole numbers stay whole. There is a
+    voxel more on each side, where the field repeats its edge: towards it differences fall, in the outer half voxel, too.
     """
-    data = volume.data.reshape(volume.dims[::-1])
+    data = np.pad(volume.data.reshape(volume.dims[::-1]), 1, mode="edge")
     exact = data.dtype.kind in "iu" and data.dtype.itemsize <= 2 and int(data.max()) - int(data.min()) < 2**15
     result = np.empty((*data.shape, 3), np.int16 if exact else np.float64 if data.dtype.itemsize > 4 else np.float32)
     for axis in range(3):
@@ -390,4 +394,4 @@ def index_gradient(volume):
         n = len(here)
         for i in range(n):
             np.subtract(here[min(i + 1, n - 1)], here[max(i - 1, 0)], out=into[i], dtype=result.dtype)
-    return Volume(result, volume.index_to_world, Mapping(0.5 * volume.mapping.scale))
+    return Volume(result, volume.index_to_world @ affine(origin=(-1.0, -1.0, -1.0)), Mapping(0.5 * volume.mapping.scale))

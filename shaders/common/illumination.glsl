@@ -7,7 +7,7 @@
 #define LIT 0           // Phong illumination
 #endif
 #ifndef GRADIENT
-#define GRADIENT 0      // 1: a volume of gradients is bound; 0: central differences on the fly
+#define GRADIENT 0      // 1: a volume of gradients is bound, 2: with a voxel more on each side; 0: differences on the fly
 #endif
 #if GRADIENT
 field3v gradient;
@@ -22,7 +22,7 @@ uniform mat3 to_eye;                // takes gradients, in the space that they a
 // Gradient at a point of the ray, in eye space, of any length.
 vec3 slope_at(Ray ray, float t) {
 #if GRADIENT
-    return transform(to_eye, sample3v(gradient, point_at(ray, t)).xyz);
+    return transform(to_eye, sample3v(gradient, point_at(ray, t) + float(GRADIENT - 1)).xyz);
 #else
     return transform(to_eye, gradient_central(volume, point_at(ray, t)));
 #endif

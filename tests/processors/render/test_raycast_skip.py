@@ -1,7 +1,8 @@
 """What the ray-caster leaves out changes nothing: pictures with and without skipping, over random scenes.
 
 Every scene is drawn from a seed: volumes of 2 to 70 voxels an axis, of several types, with holes (NaN, inf),
-anisotropic and turned; transfer functions of thin bands, jumps, one key or none; eyes outside, inside and on lines along the axes.
+anisotropic and turned; transfer functions of thin bands, jumps, one key or none; eyes outside, inside and on lines
+along the axes.
 Checks: Schlosser 2009, C06, T21 (bricks that cannot be seen are left out without a trace).
 """
 
