@@ -81,6 +81,7 @@ class Pacing:
         self.budget_ms = budget_ms
         self._costs: dict[str, Cost] = {}
         self._running: frozenset[str] = frozenset()
+        self._last = 1
 
     @property
     def budget_ms(self) -> float:
@@ -101,6 +102,7 @@ class Pacing:
             self._costs.setdefault(path, Cost()).learn(n, max(report.timings[path] - prepared, 0.0))
         if report.ran:
             self._running = frozenset(report.ran)
+            self._last = n
 
     def seconds(self, quality: str) -> float | None:
         """What the nodes that ran last would take at a quality; None where none has run yet."""
@@ -113,8 +115,14 @@ class Pacing:
         return {path: self._costs[path].seconds(coarseness(quality)) for path in sorted(self._running)}
 
     def quality(self) -> str:
-        """The finest level that is expected to keep the budget; the coarsest where nothing does, or nothing ran yet."""
+        """The finest level that is expected to keep the budget; the coarsest where nothing does, or nothing ran yet.
+
+        At most twice as fine as the last: a busy machine blurs what the levels differ by, and one picture that is far
+        too fine is felt more than a few that are too coarse.
+        """
         for n in (1, *LEVELS):
+            if 2 * n < self._last:
+                continue
             seconds = self.seconds(level(n))
             if seconds is not None and 1000.0 * seconds <= self.budget_ms:
                 return level(n)

@@ -171,6 +171,17 @@ def test_a_machine_that_slows_down_is_followed():
     assert set(asked[32:]) <= {8, 16}
 
 
+def test_noise_does_not_make_it_leap_to_final():
+    """A busy machine took longer for the coarser pictures: the levels seem to cost the same. One step is tried."""
+    pacing = Pacing(100)
+    for n, seconds in ((16, 0.07), (32, 0.08), (64, 0.09)):
+        pacing.learn(measured(render=seconds), level(n))
+    assert pacing.seconds("final") < 0.1
+    assert pacing.quality() == "interactive/32"
+    pacing.learn(measured(render=0.3), "interactive/32")
+    assert pacing.quality() == "interactive/64"
+
+
 def test_at_rest_pictures_grow_finer_to_final():
     """Checks: Orhun 2004, OR-73; Rezk-Salama 2001, R20."""
     pacing = Pacing(50)
