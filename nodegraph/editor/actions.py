@@ -39,7 +39,7 @@ MENUS: dict[str, tuple[Told | None, ...]] = {
         Told("recent", "Open recent"),
         None,
         Told("save", "Save", "save", "Ctrl+S"),
-        Told("save_as", "Save as ...", "", "Ctrl+Shift+S"),
+        Told("save_as", "Save as ...", "", "Ctrl+Alt+S"),
         None,
         Told("show_welcome", "Examples"),
         None,

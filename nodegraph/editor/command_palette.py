@@ -97,6 +97,7 @@ class CommandPalette(QFrame):
             item.setTextAlignment(2, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             self.list.addTopLevelItem(item)
         self._move_to(0)
+        self._place()
 
     def found(self) -> list[str]:
         """Texts of what is listed."""
@@ -143,7 +144,9 @@ class CommandPalette(QFrame):
     def _place(self) -> None:
         parent = self.parentWidget()
         if parent is not None:
-            width, height = min(620, parent.width() - 40), min(420, parent.height() - 80)
+            width, height = min(620, parent.width() - 40), min(430, parent.height() - 80)
+            row = self.list.sizeHintForRow(0) if self._found else 0
+            height = min(height, 68 + row * max(1, len(self._found)))
             self.setGeometry((parent.width() - width) // 2, 60, width, height)
             self.list.setColumnWidth(0, width - 240)
             self.list.setColumnWidth(1, 90)

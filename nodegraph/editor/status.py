@@ -80,7 +80,7 @@ class Status(QStatusBar):
         total = sum(report.timings.get(path, 0.0) for path in report.states)
         if report.errors:
             count = len(report.errors)
-            self.text.setText(f"{count} node{'s' * (count > 1)} failed, see Messages")
+            self.text.setText(f"{count} node{'s' * (count > 1)} cannot run, see Messages")
         else:
             self.text.setText(f"Computed in {seconds_text(total)}" if total else "Ready")
         device = self.session.engine.device_in_use

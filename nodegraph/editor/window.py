@@ -296,7 +296,7 @@ class Window(QMainWindow):
         dock.setFloating(False)
         self.addDockWidget(TOP, dock, Qt.Orientation.Horizontal)
         dock.show()
-        self.resizeDocks([dock], [max(240, (self.height() - 100) * 9 // 20)], Qt.Orientation.Vertical)
+        self.resizeDocks([dock], [max(240, (self.height() - 100) * 10 // 20)], Qt.Orientation.Vertical)
 
     # -- behind it --------------------------------------------------------------------------------------------------
 
