@@ -1,6 +1,7 @@
 """What the ray-caster leaves out on request: levels of quality, sparse pixels, the early end of rays."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nodegraph import registry
+from nodegraph.accuracy.settings import quality_parameters
 from nodegraph.data import Camera, Light, Mapping, TransferFunction, Volume
 from nodegraph.data.space import affine, centred
 from nodegraph.network import Network
@@ -66,7 +68,7 @@ def test_depth_of_a_coarse_picture_is_that_of_a_ray(gl):
 
 def test_the_work_falls_with_the_level():
     """Pixels times samples are about one n-th, whatever the step, and the picture keeps its shape."""
-    coarser = vars(__import__("sys").modules[registry.find("render.raycast").__module__])["coarser"]
+    coarser = vars(sys.modules[registry.find("render.raycast").__module__])["coarser"]
     for step in (0.05, 0.5, 1.0, 3.0, None):
         for n in (1, *LEVELS):
             (width, height), longer = coarser((1024, 640), step, n)
@@ -109,6 +111,28 @@ def call_without_interval(engine, network):
     report = engine.evaluate(network, "raycast", size=(64, 48), quality="interactive/4")
     report.raise_first()
     return report.values["raycast", "image"].color
+
+
+def test_measure_and_tune_see_what_is_approximated():
+    """Each approximation is a knob, with the value that a reference takes."""
+    network = Network()
+    network.add("source.synthetic", "volume")
+    network.add("filter.reduce", "reduce")
+    network.add("filter.quantize", "quantize")
+    network.add("render.raycast", "raycast")
+    network.add("output.view", "view")
+    for source, target in (
+        ("volume.volume", "reduce.volume"), ("reduce.reduced", "quantize.volume"),
+        ("quantize.quantized", "raycast.volume"), ("raycast.image", "view.image"),
+    ):  # fmt: skip
+        network.connect(source, target)
+    knobs = {knob.place: knob.parameter for knob in quality_parameters(network, "view")}
+    expected = {
+        "reduce.halvings": (0,), "quantize.max_error": (0.0,), "raycast.pixel_tolerance": (0.0,),
+        "raycast.termination": (1.0,),
+    }  # fmt: skip
+    assert {place: knobs[place].reference for place in expected} == expected
+    assert {"quantize.storage", "raycast.table_size"} <= set(knobs)
 
 
 # -- sparse pixels ------------------------------------------------------------------------------------------------
