@@ -17,6 +17,7 @@ from nodegraph.engine import Engine
 from tests.benchmarks.peers import page, plots
 from tests.benchmarks.peers.compare import Comparison, compare
 from tests.benchmarks.peers.floor import Stage, stages
+from tests.benchmarks.peers.large import Large, large
 from tests.benchmarks.peers.orbit import Orbit, orbits
 from tests.benchmarks.peers.ours import Ours
 from tests.benchmarks.peers.scenes import scenes
@@ -40,6 +41,7 @@ def main(arguments: Sequence[str]) -> int:
     compared: list[Comparison] = []
     turned: list[Orbit] = []
     sized: list[Cost] = []
+    streamed: list[Large] = []
     lowest: list[Stage] = []
     with Engine("gl", disk=False) as engine:
         if "compare" in parts:
@@ -48,6 +50,8 @@ def main(arguments: Sequence[str]) -> int:
             turned = orbits((asked.side, asked.side), engine, say)
         if "sizes" in parts:
             sized = costs(engine, say, 4 * asked.side)
+            if asked.side == SIDE:
+                streamed = large(say)
     if "floor" in parts:
         for stage in stages():
             say(f"{stage.name}: {stage.nanoseconds:.1f} ns of processor time a sample")
@@ -58,8 +62,8 @@ def main(arguments: Sequence[str]) -> int:
             plots.plot_fronts(compared, folder / page.FRONTS)
             plots.sheet(compared, folder / page.PICTURES)
         if sized:
-            plots.plot_costs(sized, folder / page.COSTS)
-        page.write(folder / page.NAME, compared, turned, sized, lowest)
+            plots.plot_costs(sized, folder / page.COSTS, streamed)
+        page.write(folder / page.NAME, compared, turned, sized, lowest, streamed)
     missed = page.missed(compared, turned)
     for line in missed:
         print(f"missed: {line}")

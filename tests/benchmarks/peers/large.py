@@ -68,8 +68,9 @@ def describe(case: Large) -> str:
     """One line."""
     how = "in blocks" if case.blocks else "in one piece"
     return (
-        f"{case.side}^3 int16 as {case.case}, budget {case.budget_mb} MB: {how}, first frame {case.first:.2f} s, then "
-        f"{case.seconds * 1000:.0f} ms ({case.processor * 1000:.0f} ms of processor time), {case.held / 1e6:.0f} MB held"
+        f"{case.side}^3 int16 as {case.case}, budget {case.budget_mb} MB: {how}, first frame {case.first:.2f} s, "
+        f"then {case.seconds * 1000:.0f} ms ({case.processor * 1000:.0f} ms of processor time), "
+        f"{case.held / 1e6:.0f} MB held"
     )
 
 

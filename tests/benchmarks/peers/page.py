@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tests.benchmarks.peers.compare import Comparison, Match
 from tests.benchmarks.peers.floor import Stage
+from tests.benchmarks.peers.large import Large
 from tests.benchmarks.peers.orbit import WANTED, Orbit
 from tests.benchmarks.peers.plots import GAIN, NAMES
 from tests.benchmarks.peers.sizes import Cost
@@ -43,7 +44,12 @@ def missed(compared: Sequence[Comparison], turned: Sequence[Orbit]) -> list[str]
 
 
 def write(
-    path: Path, compared: Sequence[Comparison], turned: Sequence[Orbit], sized: Sequence[Cost], lowest: Sequence[Stage]
+    path: Path,
+    compared: Sequence[Comparison],
+    turned: Sequence[Orbit],
+    sized: Sequence[Cost],
+    lowest: Sequence[Stage],
+    streamed: Sequence[Large] = (),
 ) -> None:
     """Put the figures between the two marks of the page; the text around them stays."""
     from tests.benchmarks.measure import machine
@@ -57,6 +63,8 @@ def write(
         parts.append(_orbits(turned))
     if sized:
         parts.append(_costs(sized))
+    if streamed:
+        parts.append(_large(streamed))
     if lowest:
         parts.append(_floor(lowest))
     page = path if path.exists() else DOCS / NAME
@@ -144,6 +152,25 @@ def _costs(sized: Sequence[Cost]) -> str:
     for cost in sized:
         times = " | ".join(_ms(cost.seconds[who]) for who in NAMES)
         lines.append(f"| {cost.scene} | {cost.side}^3 | {cost.picture}^2 | {times} |")
+    return "\n".join(lines)
+
+
+def _large(streamed: Sequence[Large]) -> str:
+    lines = [
+        "## Volumes larger than the memory budget",
+        "",
+        "The sparse scene, 512 x 512 pixels, as 16-bit voxels in a file. The first frame looks through all of "
+        "it. Held: the most memory meanwhile, without pages of a mapped file.",
+        "",
+        "| voxels | file | budget | rendered | first frame | a frame, wall | processor | held |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for one in streamed:
+        how = "in blocks" if one.blocks else "in one piece"
+        lines.append(
+            f"| {one.side}^3 | {one.case} | {one.budget_mb} MB | {how} | {_ms(one.first)} | {_ms(one.seconds)} | "
+            f"{_ms(one.processor)} | {one.held / 1e6:.0f} MB |"
+        )
     return "\n".join(lines)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tests.benchmarks.peers.compare import Comparison
+from tests.benchmarks.peers.large import Large
 from tests.benchmarks.peers.points import Picture, front
 from tests.benchmarks.peers.sizes import Cost
 
@@ -43,8 +44,8 @@ def plot_fronts(comparisons: Sequence[Comparison], path: Path) -> None:
     _save(figure, path)
 
 
-def plot_costs(costs: Sequence[Cost], path: Path) -> None:
-    """Time over the side of the volume and of the picture."""
+def plot_costs(costs: Sequence[Cost], path: Path, streamed: Sequence[Large] = ()) -> None:
+    """Time over the side of the volume and of the picture; volumes in blocks beside the first scene, theirs."""
     names = list(dict.fromkeys(cost.scene for cost in costs))
     figure, panels = _panels(2 * len(names))
     usual = max({cost.picture for cost in costs}, key=lambda picture: sum(cost.picture == picture for cost in costs))
@@ -61,6 +62,10 @@ def plot_costs(costs: Sequence[Cost], path: Path) -> None:
             )
         panels[2 * i].set(title=f"{name}, {usual} x {usual} pixels", xlabel="voxels a side")
         panels[2 * i + 1].set(title=f"{name}, {side}^3 voxels", xlabel="pixels a side")
+    for marker, case in zip("sD^v", dict.fromkeys(one.case for one in streamed if one.blocks), strict=False):
+        own_kind = [one for one in streamed if one.case == case and one.blocks]
+        sides, times = [one.side for one in own_kind], [one.seconds * 1e3 for one in own_kind]
+        panels[0].plot(sides, times, marker + ":", color="black", label=f"ours in blocks, {case}")
     for panel in panels:
         panel.set_xscale("log", base=2)
         panel.set(yscale="log", ylabel="ms a frame")
