@@ -69,8 +69,6 @@ def run(arguments: argparse.Namespace) -> int:
     tracks = tracks_of(network)
     if arguments.turntable is not None:
         tracks = turned(network, view, tracks, asked, arguments.turntable)
-    if not tracks and "frame" not in network.variables:
-        say(f"{arguments.file}: nothing in it moves, so all pictures will be alike; try --turntable 360")
     out = Path(arguments.out)
     if out.suffix.lower() in (".png", ".gif", ".avi", ".mov", ".mkv", ".webm"):
         raise UsageError(f"--out {arguments.out}: an animation is a folder of pictures, or a film that ends in .mp4")
@@ -90,6 +88,8 @@ def run(arguments: argparse.Namespace) -> int:
         )
     for file in files:
         answer(str(file))
+    if not tracks and "frame" not in network.variables:
+        say(f"{arguments.file}: nothing in it moves, so all pictures are alike; try --turntable 360")
     return 0
 
 

@@ -10,7 +10,6 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QSplitter,
@@ -68,7 +67,7 @@ class ImageBrowser(QWidget):
         actual.setFixedHeight(28)
         actual.setToolTip("One pixel of the picture as one of the screen")
         actual.clicked.connect(self.area.actual_size)
-        self.facts = QLabel(self)
+        self.facts = StatusLine(self, quiet=True)
         self.status = StatusLine(self)
         bar = QHBoxLayout()
         bar.setContentsMargins(4, 2, 8, 2)
@@ -76,8 +75,7 @@ class ImageBrowser(QWidget):
         bar.addWidget(self.channel)
         bar.addWidget(fit)
         bar.addWidget(actual)
-        bar.addStretch(1)
-        bar.addWidget(self.facts)
+        bar.addWidget(self.facts, 1)
         right = QWidget(self)
         column = QVBoxLayout(right)
         column.setContentsMargins(0, 0, 0, 0)

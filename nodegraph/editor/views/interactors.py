@@ -40,6 +40,7 @@ class Interactor(QObject):
         self.session: Session = view.session
         self.subject: Subject = view.subject
         self._drag = ""
+        self._button = Qt.MouseButton.NoButton
         self._start: nav.Point = (0.0, 0.0)
         self._wheeling = False
         self._idle = QTimer(self, singleShot=True, interval=IDLE)
@@ -55,6 +56,11 @@ class Interactor(QObject):
         """Whether a gesture is open."""
         return bool(self._drag) or self._wheeling
 
+    @property
+    def dragging(self) -> bool:
+        """Whether a button is held."""
+        return bool(self._drag)
+
     def press(self, event: QMouseEvent) -> None:
         """Begin the gesture of a button, if it has one."""
         if self._drag:
@@ -62,7 +68,7 @@ class Interactor(QObject):
         self.end()
         kind = self.gesture_of(event)
         if kind and self.take(kind):
-            self._drag = kind
+            self._drag, self._button = kind, event.button()
             self._start = _point(event.position())
             self.session.begin(kind)
 
@@ -71,7 +77,7 @@ class Interactor(QObject):
             self.drag(self._drag, self._start, _point(event.position()))
 
     def release(self, event: QMouseEvent) -> None:
-        if self._drag and event.buttons() == Qt.MouseButton.NoButton:
+        if self._drag and event.button() == self._button:
             self.end()
 
     def wheel(self, event: QWheelEvent) -> None:

@@ -66,7 +66,7 @@ def roll(camera: Camera, size: Size, start: Point, end: Point) -> Camera:
 def rolled(camera: Camera, degrees: float) -> Camera:
     """Turn the picture counter-clockwise."""
     _, _, forward = camera.basis
-    return rotated(camera, rotation(forward, -math.radians(degrees)))
+    return rotated(camera, rotation(forward, math.radians(degrees)))
 
 
 def pan(camera: Camera, size: Size, start: Point, end: Point) -> Camera:

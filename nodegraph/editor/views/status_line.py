@@ -10,11 +10,12 @@ MARGIN = 8
 
 
 class StatusLine(QWidget):
-    """One line, elided; the tooltip has all of it."""
+    """One line, elided; the tooltip has all of it. quiet: at the right, in the colour of what is said by the way."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, *, quiet: bool = False) -> None:
         super().__init__(parent)
         self._text = ""
+        self._quiet = quiet
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
 
     def text(self) -> str:
@@ -32,7 +33,9 @@ class StatusLine(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setPen(self.palette().color(QPalette.ColorRole.WindowText))
+        role = QPalette.ColorRole.PlaceholderText if self._quiet else QPalette.ColorRole.WindowText
+        painter.setPen(self.palette().color(role))
         room = self.rect().adjusted(MARGIN, 0, -MARGIN, 0)
         text = self.fontMetrics().elidedText(self._text, Qt.TextElideMode.ElideRight, room.width())
-        painter.drawText(room, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, text)
+        side = Qt.AlignmentFlag.AlignRight if self._quiet else Qt.AlignmentFlag.AlignLeft
+        painter.drawText(room, Qt.AlignmentFlag.AlignVCenter | side, text)

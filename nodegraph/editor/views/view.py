@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPalette, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QLabel, QMenu, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
+from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
 
 from nodegraph.data import Image
 from nodegraph.editor.views.icons import IconButton
@@ -57,8 +57,7 @@ class ViewWidget(QWidget):
         self.area.setMouseTracking(True)
         self.setMouseTracking(True)
         self._status = StatusLine(self)
-        self._facts = QLabel(self)
-        self._facts.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._facts = StatusLine(self, quiet=True)
         self._lay_out()
         self._settle = QTimer(self, singleShot=True, interval=SETTLE)
         self._settle.timeout.connect(self._watch)
@@ -104,9 +103,7 @@ class ViewWidget(QWidget):
         bar.setSpacing(2)
         for button in (look, fit, self._projection):
             bar.addWidget(button)
-        bar.addStretch(1)
-        bar.addWidget(self._facts)
-        bar.addSpacing(6)
+        bar.addWidget(self._facts, 1)
         bar.addWidget(save)
         bar.addWidget(self._full)
         layout = QVBoxLayout(self)
@@ -349,7 +346,7 @@ class ViewWidget(QWidget):
             self.toggle_full_screen()
         elif key == Qt.Key.Key_S and control and event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
             self.open_screenshot()
-        elif self._busy() or self.interactor is None or not self.interactor.key(event):
+        elif self.interactor is None or self.interactor.dragging or not self.interactor.key(event):
             super().keyPressEvent(event)
 
     def _inside(self, event: QMouseEvent) -> QMouseEvent:
