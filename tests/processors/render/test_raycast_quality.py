@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from nodegraph import registry
 from nodegraph.accuracy.settings import quality_parameters
-from nodegraph.data import Camera, Light, Mapping, TransferFunction, Volume
+from nodegraph.data import Camera, Image, Light, Mapping, TransferFunction, Volume
 from nodegraph.data.space import affine, centred
 from nodegraph.network import Network
 from nodegraph.plan import plan
@@ -150,6 +150,23 @@ def test_every_fourth_ray_is_the_same_ray(device, camera):
         sparse = render(device, volume, near, fog, size=size, pixel_tolerance=1e-12)
         assert np.abs(sparse.color - every.color).max() < 2e-6
         assert np.allclose(sparse.depth, every.depth, rtol=2e-6)
+
+
+def test_sparse_rays_keep_their_own_entry_points(gl):
+    """Every ray is cut by the interval of its own pixel, at each stride."""
+    data = np.random.default_rng(6).random((30, 30, 30)).astype(np.float32)
+    volume = Volume(data, centred((30, 30, 30), (3.0, 3.0, 4.0)))
+    columns, rows = np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1]))
+    entry = 130.0 + 0.37 * columns + 0.11 * rows
+    interval = Image(np.stack([entry, entry + 20.0], axis=2).astype(np.float32))
+    fog = TransferFunction([(0.0, (0.1, 0.2, 0.9), 0.01), (1.0, (0.9, 0.8, 0.6), 0.1)])
+    near = CAMERA.with_(field_of_view=10.0)
+    every = render(gl, volume, near, fog, interval=interval)
+    sparse = render(gl, volume, near, fog, interval=interval, pixel_tolerance=1e-12)
+    assert np.abs(sparse.color - every.color).max() < 2e-6
+    assert every.color[..., 3].min() > 0.05
+    # A script's interval of the whole size leaves the level of quality no choice.
+    assert np.array_equal(render(gl, volume, near, fog, interval=interval, quality="interactive/8").color, every.color)
 
 
 @pytest.mark.parametrize("tolerance", [0.03, 0.1])
