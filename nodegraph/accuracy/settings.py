@@ -200,6 +200,8 @@ def variants(text: str, network: Network) -> tuple[str, tuple[Any, ...]]:
     if listed == "all" and isinstance(declared, (Choice, Bool)):
         return place, declared.choices if isinstance(declared, Choice) else (False, True)
     values = [declared.decode(to_json(word, declared), place) for word in _words(listed, declared, place)]
+    if not values:
+        raise ParameterError(f"{place}: {listed!r} holds no value; list some, as in {place}=1,2")
     return place, tuple(dict.fromkeys(values))
 
 
@@ -227,7 +229,8 @@ def _words(listed: str, declared: Parameter, place: str) -> list[str]:
     except ValueError:
         raise ParameterError(f"{place}: {listed!r}: the ends of a range are numbers") from None
     if found[3] is not None:
-        return [_short(number) for number in _evenly(first, last, int(found[3]), place)]
+        count = int(found[3][:9])  # more digits are too many in any case, and thousands of them are no int to Python
+        return [_short(number) for number in _evenly(first, last, count, place)]
     if declared.quality is None:
         raise ParameterError(f"{place}: {listed!r}: say how many values, as in {listed}:5")
     if not (0.0 < first < float("inf") and 0.0 < last < float("inf")):

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 CAMERAS, HELD_OUT = 4, 4
 REPEATS = 3
+MOST_CAMERAS, MOST_REPEATS = 1000, 10_000
+"""More than anybody would wait for: the time for the search begins when the present setting was tried on all."""
 MARGIN = 0.8
 """Share of the allowed error, and of the time, that the cameras of the search may use."""
 UNFELT = 5e-3
@@ -354,6 +356,10 @@ def _check(
             raise ParameterError(f"tune: {name} must be above 0 and finite, got {value!r}")
     if cameras < 1 or held_out < 0 or repeats < 1:
         raise ParameterError("tune: it takes at least 1 camera, 1 repeat, and 0 or more held-out cameras")
+    if max(cameras, held_out) > MOST_CAMERAS or repeats > MOST_REPEATS:
+        raise ParameterError(
+            f"tune: it takes at most {MOST_CAMERAS} cameras, as many held out, {MOST_REPEATS} repeats; ask for fewer"
+        )
     if not seconds > 0.0:
         raise ParameterError(f"tune: seconds must be above 0, got {seconds!r}")
     if not 0.0 < margin <= 1.0:

@@ -22,6 +22,7 @@ from nodegraph.cli.arguments import DEVICES, UsageError, assignment, size
 from nodegraph.cli.destination import require_room
 from nodegraph.cli.opening import open_workspace
 from nodegraph.cli.terminal import Progress, answer, say
+from nodegraph.errors import GraphError
 
 if TYPE_CHECKING:
     from nodegraph.accuracy.points import Measured, Point
@@ -98,10 +99,16 @@ def run(arguments: argparse.Namespace) -> int:
             name=Path(arguments.file).stem,
             on_progress=progress.show,
         )
-    files = write_all(measured, arguments.out) if arguments.out else []
+    files: list[Path] = []
+    unwritten: GraphError | None = None
+    try:
+        files = write_all(measured, arguments.out) if arguments.out else []
+    except GraphError as error:
+        unwritten = error  # what took so long to measure is printed all the same
     if arguments.json:
-        failed = any(point.failure for point in measured.points)
-        answer(json.dumps({"ok": not failed, **document(measured), "files": [str(f) for f in files]}, indent=1))
+        failed = unwritten is not None or any(point.failure for point in measured.points)
+        told = {"ok": not failed, **document(measured), "files": [str(file) for file in files]}
+        answer(json.dumps(told if unwritten is None else {**told, "error": str(unwritten)}, indent=1))
     else:
         for line in table(measured):
             answer(line)
@@ -109,7 +116,11 @@ def run(arguments: argparse.Namespace) -> int:
             say(f"wrote {file}")
     if files and not can_plot():
         say("no plot, since it needs the package matplotlib: pip install 'nodegraph[plot]'")
-    return tell(measured)
+    code = tell(measured)
+    if unwritten is not None:
+        say(str(unwritten))
+        return unwritten.exit_code
+    return code
 
 
 def _require_flip() -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from nodegraph.cli.arguments import DEVICES, UsageError, assignment, size
 from nodegraph.cli.errors_told import as_json, number_json
 from nodegraph.cli.opening import open_workspace
 from nodegraph.cli.terminal import Progress, answer, say
+from nodegraph.errors import GraphError
 
 if TYPE_CHECKING:
     from nodegraph.accuracy.tries import Tried
@@ -64,7 +66,11 @@ def run(arguments: argparse.Namespace) -> int:
     file = Path(arguments.file)
     if arguments.write and file.suffix.lower() in workspace.PICTURES:
         raise UsageError(f"{file}: --write needs a workspace file, and this is a picture; leave --write out")
+    if arguments.write and arguments.set:
+        raise UsageError("--write: what is tuned with --set is not what the file holds; leave one of them out")
     before = _content(file) if arguments.write else b""
+    if before:
+        _require_writable(file)
     network = open_workspace(arguments.file, arguments.set)
     view = arguments.view or _only_view(network, arguments.file)
     with Progress() as progress:
@@ -83,20 +89,29 @@ def run(arguments: argparse.Namespace) -> int:
             show=progress.show,
         )
     written = arguments.write and found.met
+    unwritten: GraphError | None = None
     if written:
-        if _content(file) != before:
-            raise UsageError(f"{file}: it was changed while this ran, so nothing is written; run it again")
         for place, value in found.settings.items():
             network.set(place, value)
-        workspace.save(network)
-    code = 0 if found.met else NOT_KEPT
+        try:
+            if _content(file) != before:
+                raise UsageError(f"{file}: it was changed while this ran, so nothing is written; run it again")
+            if found.settings:
+                workspace.save(network)
+        except GraphError as error:
+            written, unwritten = False, error  # what took so long to find is printed all the same
+    code = unwritten.exit_code if unwritten is not None else 0 if found.met else NOT_KEPT
     if arguments.json:
         told = {"file": arguments.file, **document(found, network, view, code), "written": written}
+        if unwritten is not None:
+            told |= {"ok": False, "error": str(unwritten)}
         answer(json.dumps(told, indent=1))
     else:
         for text in assignments(found, network):
             answer(text)
         _tell(found, written, arguments)
+    if unwritten is not None:
+        say(str(unwritten))
     return code
 
 
@@ -195,8 +210,16 @@ def _only_view(network: Network, file: str) -> str:
     return views[0]
 
 
+def _require_writable(file: Path) -> None:
+    """Refuse a file that somebody protected, and a folder where none can be made, before minutes of searching."""
+    target = Path(os.path.realpath(file))
+    # The mode is asked as well: a file is replaced and not opened, which a mode without w would not hinder.
+    if not (target.stat().st_mode & 0o222 and os.access(target, os.W_OK) and os.access(target.parent, os.W_OK)):
+        raise UsageError(f"{file}: it cannot be written to; leave --write out, or make it writable (chmod u+w)")
+
+
 def _content(file: Path) -> bytes:
     try:
         return file.read_bytes()
-    except FileNotFoundError:
+    except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
         return b""  # reading the workspace says so

@@ -164,3 +164,24 @@ def test_several_views_ask_for_a_name(cli: Callable[..., Any], workspace: Callab
     ran = cli("measure", workspace(other=other))
     assert ran.code == 2
     assert "name what shall be measured with --view (there are view, other)" in ran.err
+
+
+@pytest.mark.parametrize("json", [(), ("--json",)])
+def test_what_was_measured_is_printed_where_it_cannot_be_written(
+    cli: Callable[..., Any], scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, json: tuple[str, ...]
+) -> None:
+    import nodegraph.accuracy.report as report
+    from nodegraph.errors import FormatError
+
+    def full(*_: Any) -> Any:
+        raise FormatError("cannot be written: the disk is full", file="front")
+
+    monkeypatch.setattr(report, "write_all", full)
+    ran = cli("measure", scene, "--size", "8x8", "--repeats", "1", "--out", tmp_path / "front", *json)
+    assert ran.code == 2
+    assert "the disk is full" in ran.err
+    if json:
+        assert ran.json["points"][0]["errors"]
+        assert ran.json["ok"] is False
+    else:
+        assert "max" in ran.out

@@ -97,6 +97,30 @@ def test_what_cannot_be_kept_is_offered_and_not_written(cli, slab) -> None:
     assert slab.read_bytes() == before
 
 
+def test_what_cannot_be_written_is_said_before_the_search(cli, slab) -> None:
+    before = slab.read_bytes()
+    ran = cli("tune", slab, "--max-error", 0.05, "--set", "slab.step=0.5", "--write")
+    assert (ran.code, ran.out) == (2, "")
+    assert "leave one of them out" in ran.err
+    slab.chmod(0o444)
+    ran = cli("tune", slab, "--max-error", 0.05, "--write")
+    assert (ran.code, ran.out) == (2, "")
+    assert "cannot be written to" in ran.err
+    assert slab.read_bytes() == before
+
+
+def test_settings_are_printed_where_writing_them_fails(cli, slab, monkeypatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(workspace, "_replace", full)
+    before = slab.read_bytes()
+    ran = cli("tune", slab, "--max-error", 0.05, "--write", "--cameras", 1, "--held-out", 0, "--repeats", 1)
+    assert (ran.code, ran.out) == (2, "slab.step=0.0625\n")
+    assert "No space left on device" in ran.err
+    assert slab.read_bytes() == before
+
+
 def test_a_workspace_that_changed_meanwhile_is_not_overwritten(cli, slab, monkeypatch) -> None:
     module = importlib.import_module("nodegraph.accuracy.tune")
     real = module.tune

@@ -174,6 +174,8 @@ def test_vary_expands_ranges_and_lists(text, values) -> None:
         ("slab.step", "not of the form"),
         ("slab.step=0..1", "above 0"),
         ("slab.step=0..1:0", "number of values"),
+        ("slab.step=0..1:" + 5000 * "9", "slab.step: the number of values"),
+        ("slab.step=,,", "slab.step: ',,' holds no value"),
     ],
 )
 def test_vary_refuses_what_set_refuses(text, message) -> None:

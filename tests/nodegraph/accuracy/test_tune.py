@@ -140,6 +140,12 @@ def test_another_figure_is_a_bound_on_that(double) -> None:
         tune(slab(), "view", 0.01, figure="rsme", engine=double, refer=closed)
 
 
+@pytest.mark.parametrize("name", ["cameras", "held_out", "repeats"])
+def test_more_work_than_anybody_would_wait_for_is_refused(name) -> None:
+    with pytest.raises(ParameterError, match="ask for fewer"):
+        tune(slab(), "view", 0.01, refer=closed, **{name: 100_000_000})
+
+
 def test_numbers_are_tuned_with_a_real_reference(double) -> None:
     net = Network(find)
     net.add(Root, "root", iterations=8)
