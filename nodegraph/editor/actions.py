@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
@@ -11,6 +12,7 @@ from PySide6.QtGui import QAction, QKeySequence
 
 from nodegraph.editor import theme
 from nodegraph.editor.canvas.menus import ACTIONS as CANVAS
+from nodegraph.editor.command_palette import Entry
 
 if TYPE_CHECKING:
     from nodegraph.editor.window import Window
@@ -118,6 +120,43 @@ def paint(window: Window, actions: dict[str, QAction]) -> None:
     for action in actions.values():
         if name := action.property("icon_name"):
             action.setIcon(theme.icon(name, window.palette()))
+
+
+def entries(window: Window) -> list[Entry]:
+    """What the command palette lists: commands that can be done now, processors to add, nodes to go to."""
+    found = []
+    for action in window.actions_by_name.values():
+        if action.isEnabled():
+            found.append(
+                Entry("Command", action.text(), action.trigger, action.shortcut().toString(), "", action.icon())
+            )
+    sign = theme.icon("node", window.palette())
+    for id in window.palette_panel.ids():
+        category, _, name = id.rpartition(".")
+        text = name.replace("_", " ")
+        act = partial(window.add_processor, id)
+        found.append(Entry("Add", text[:1].upper() + text[1:], act, category, id, sign))
+    for node in window.session.network.walk():
+        found.append(Entry("Go to", node.path, partial(window.go_to, node.path), node.type))
+    return found
+
+
+def fill_recent(window: Window) -> None:
+    """List the recent files in their menu."""
+    menu = window.submenus["recent"]
+    menu.clear()
+    for path in window.settings.recent:
+        menu.addAction(str(path)).triggered.connect(lambda _=False, path=path: window.open_file(path))
+    if menu.isEmpty():
+        menu.addAction("No file was open yet").setEnabled(False)
+
+
+def fill_panels(window: Window) -> None:
+    """List the panels in their menu, with a tick where they are shown."""
+    menu = window.submenus["panels"]
+    menu.clear()
+    for dock in (*window.docks.values(), *window.views):
+        menu.addAction(dock.toggleViewAction())
 
 
 def _call(window: Window, told: Told) -> Callable[[], None]:

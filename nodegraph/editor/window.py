@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 from nodegraph.editor import actions, theme
 from nodegraph.editor.animation.timeline import Timeline
 from nodegraph.editor.canvas import CanvasView
-from nodegraph.editor.command_palette import CommandPalette, Entry
+from nodegraph.editor.command_palette import CommandPalette
 from nodegraph.editor.console import Console
 from nodegraph.editor.docks import Titles
 from nodegraph.editor.help import Help
@@ -108,7 +108,7 @@ class Window(QMainWindow):
         self.status = Status(self.session)
         self.setStatusBar(self.status)
         self.banner = Banner(self)
-        self.commands = CommandPalette(self, self._entries)
+        self.commands = CommandPalette(self, partial(actions.entries, self))
         self._connect()
         actions.paint(self, self.actions_by_name)
         self.reset_layout()
@@ -332,32 +332,16 @@ class Window(QMainWindow):
         self.welcome.wants_new.connect(self.new)
         self.welcome.wants_dialog.connect(self.open_dialog)
         self.welcome.wants_file.connect(self.open_file)
-        self.submenus["recent"].aboutToShow.connect(self._fill_recent)
-        self.submenus["panels"].aboutToShow.connect(self._fill_panels)
+        self.submenus["recent"].aboutToShow.connect(partial(actions.fill_recent, self))
+        self.submenus["panels"].aboutToShow.connect(partial(actions.fill_panels, self))
 
     def add_processor(self, id: str) -> None:
         """Add a processor in the middle of what the canvas shows."""
         self._show_canvas()
         self.canvas.view.drop_processor(id, self.canvas.view.seen().center())
 
-    def _entries(self) -> list[Entry]:
-        found = []
-        for action in self.actions_by_name.values():
-            if action.isEnabled():
-                found.append(
-                    Entry("Command", action.text(), action.trigger, action.shortcut().toString(), "", action.icon())
-                )
-        sign = theme.icon("node", self.palette())
-        for id in self.palette_panel.ids():
-            category, _, name = id.rpartition(".")
-            text = name.replace("_", " ")
-            act = partial(self.add_processor, id)
-            found.append(Entry("Add", text[:1].upper() + text[1:], act, category, id, sign))
-        for node in self.session.network.walk():
-            found.append(Entry("Go to", node.path, partial(self._go, node.path), node.type))
-        return found
-
-    def _go(self, path: str) -> None:
+    def go_to(self, path: str) -> None:
+        """Show a node on the canvas."""
         self._show_canvas()
         self.session.enter(path.rpartition("/")[0])
         self.session.select(path)
@@ -403,20 +387,6 @@ class Window(QMainWindow):
 
     def _count_errors(self, errors: int) -> None:
         self.docks["messages"].setWindowTitle(f"Messages ({errors})" if errors else "Messages")
-
-    def _fill_recent(self) -> None:
-        menu = self.submenus["recent"]
-        menu.clear()
-        for path in self.settings.recent:
-            menu.addAction(str(path)).triggered.connect(lambda _=False, path=path: self.open_file(path))
-        if menu.isEmpty():
-            menu.addAction("No file was open yet").setEnabled(False)
-
-    def _fill_panels(self) -> None:
-        menu = self.submenus["panels"]
-        menu.clear()
-        for dock in (*self.docks.values(), *self.views):
-            menu.addAction(dock.toggleViewAction())
 
     # -- events -----------------------------------------------------------------------------------------------------
 

@@ -18,7 +18,7 @@ from nodegraph.editor import actions, theme
 from nodegraph.editor.app import application
 from nodegraph.editor.settings import Settings
 from nodegraph.editor.window import LAYOUT, Window
-from tests.editor.conftest import MakeWindow
+from tests.editor.conftest import MakeWindow, left_of
 from tests.editor.test_session import small
 
 
@@ -191,10 +191,11 @@ def test_recent_files_that_are_gone_are_not_offered(tmp_path: Path, file: Path) 
 
 
 def test_closing_ends_the_engine_and_its_threads(make_window: MakeWindow, file: Path, qtbot: QtBot) -> None:
+    before = set(threading.enumerate())
     window = make_window()
     with qtbot.waitSignal(window.session.answered, timeout=20000):
         window.open_file(file)
     assert any(thread.name == "nodegraph-engine" for thread in threading.enumerate())
     window.close()
     assert window.session.engine.closed
-    assert not any(thread.name.startswith("nodegraph") for thread in threading.enumerate())
+    assert left_of(before) == []
