@@ -6,8 +6,8 @@ import numpy as np
 
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.compute import blockwise
-from nodegraph.data import Image, Mapping, Volume, bricks, preintegration
-from nodegraph.data.space import affine
+from nodegraph.data import Image, Volume, bricks, preintegration
+from nodegraph.data.gradients import index_gradient, saves_time, visible_samples
 from nodegraph.errors import DeviceError, PortError
 from nodegraph.ports import channels, has_components
 from nodegraph.requests import Request, coarseness
@@ -187,19 +187,7 @@ class Raycast(Processor):
             to_eye = camera.eye_to_world[:3, :3].T
             if gradient is None:
                 to_eye = to_eye @ volume.world_to_index[:3, :3].T
-                if gradients == "precomputed" and streamed:
-                    differentiate = index_gradient
-                    explain("gradients are computed for each block that is rendered")
-                elif gradients == "precomputed":
-                    gradient = memo(index_gradient, volume)
-                    explain(f"gradients are precomputed: {gradient.summary()}")
-                else:
-                    explain("gradients are taken on the fly: six samples for each that is lit")
-            if gradient is not None:
-                bindings |= {"gradient": gradient}
-            # An own one has a voxel more on each side than what is wired.
-            own = differentiate is not None or (gradient is not None and gradient.dims != volume.dims)
-            defines |= {"LIT": True, "GRADIENT": 2 if own else 0 if gradient is None else 1}
+            defines |= {"LIT": True, "GRADIENT": 0 if gradient is None else 1}
             bindings |= {"to_eye": to_eye / np.abs(to_eye).max()}
 
         kernel = KERNELS[mode]
@@ -233,7 +221,7 @@ class Raycast(Processor):
             defines |= {"ISO": mode == "iso"}
         defines |= {"FINITE": volume.dtype.kind in "iu"}
 
-        visible = ranges = None
+        visible = ranges = found = None
         if skip:
             ranges = memo(value_ranges, volume, blockwise.GROUP) if streamed else memo(value_ranges, volume)
             if mode == "maximum":
@@ -255,6 +243,25 @@ class Raycast(Processor):
                 else:
                     bindings |= {"bricks": found}
                     defines |= {"SKIP": True}
+
+        if lit and gradient is not None:
+            bindings |= {"gradient": gradient}
+        elif lit:
+            beforehand, why = gradients == "precomputed", "as is asked for"
+            if gradients == "automatic" and streamed:
+                why = "they would be made for each block in each frame"
+            elif gradients == "automatic":
+                share = 1.0 if found is None else float((found.data <= 0.0).mean())
+                shown = visible_samples(volume, camera, size, step_length, share)
+                beforehand, why = saves_time(volume, shown if mode == "composite" else size[0] * size[1], device)
+            explain(f"gradients are {'precomputed' if beforehand else 'taken on the fly'}: {why}")
+            if beforehand:
+                # They have a voxel more on each side than what is wired.
+                defines |= {"GRADIENT": 2}
+                if streamed:
+                    differentiate = index_gradient
+                else:
+                    bindings |= {"gradient": memo(index_gradient, volume)}
 
         # What a ray costs is its samples; a few hundred are nothing out of the ordinary.
         samples = float(np.linalg.norm(volume.corners[7] - volume.corners[0])) / step_length
@@ -377,21 +384,3 @@ def visible_groups(ranges, function, what, rows, least, level):
         threshold = np.nextafter(np.float32(least), np.float32(-1.0)) if what == "first_hit" else 0.0
         visible = bricks.visible_bricks(values, function.table(rows), function.lookup(rows), threshold)
     return None if visible.mean() > MOSTLY_VISIBLE else visible
-
-
-def index_gradient(volume):
-    """Central differences of a scalar volume at its voxels, per index unit: what a ray would find there itself.
-
-    Interpolated between voxels they are the differences of the interpolated field. Whole numbers stay whole. There is a
-    voxel more on each side, where the field repeats its edge: towards it differences fall, in the outer half voxel, too.
-    """
-    data = np.pad(volume.data.reshape(volume.dims[::-1]), 1, mode="edge")
-    exact = data.dtype.kind in "iu" and data.dtype.itemsize <= 2 and int(data.max()) - int(data.min()) < 2**15
-    result = np.empty((*data.shape, 3), np.int16 if exact else np.float64 if data.dtype.itemsize > 4 else np.float32)
-    for axis in range(3):
-        here = np.moveaxis(data, 2 - axis, 0)
-        into = np.moveaxis(result[..., axis], 2 - axis, 0)
-        n = len(here)
-        for i in range(n):
-            np.subtract(here[min(i + 1, n - 1)], here[max(i - 1, 0)], out=into[i], dtype=result.dtype)
-    return Volume(result, volume.index_to_world @ affine(origin=(-1.0, -1.0, -1.0)), Mapping(0.5 * volume.mapping.scale))

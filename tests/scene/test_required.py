@@ -79,7 +79,7 @@ def fields_of(told: Scene, node: str = "raycast") -> set[str]:
 def test_an_unlit_scene_holds_no_gradient_code_and_no_light(engine_on_each, mode) -> None:
     told = scene(engine_on_each, scenery(mode=mode, lit=False), size=SIZE)
     unlit = Translated(told, "raycast")
-    lit = Translated(scene(engine_on_each, scenery(mode=mode, lit=True), size=SIZE), "raycast")
+    lit = Translated(scene(engine_on_each, scenery(mode=mode, lit=True, gradients="on_the_fly"), size=SIZE), "raycast")
     for name in ("gradient_central", "shade_phong"):
         assert name in lit.text, "what is looked for is there when it is needed"
         assert name not in unlit.text

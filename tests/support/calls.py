@@ -8,7 +8,13 @@ from nodegraph import registry
 
 
 def call(
-    id: str, device: Any = None, size: tuple[int, int] | None = None, *, quality: str = "final", **values: Any
+    id: str,
+    device: Any = None,
+    size: tuple[int, int] | None = None,
+    *,
+    quality: str = "final",
+    memo: Any = None,
+    **values: Any,
 ) -> Any:
     """Run ``process`` with the declared defaults for what is not given; ``wanted`` is everything."""
     cls = registry.find(id)
@@ -19,7 +25,7 @@ def call(
     arguments |= values
     services = {"size": size, "device": device, "wanted": frozenset(cls.outputs), "quality": quality}
     services["progress"] = lambda fraction, text="": None
-    services["memo"] = lambda function, *args, disk=False: function(*args)
+    services["memo"] = memo or (lambda function, *args, disk=False: function(*args))
     services["workspace"] = lambda path: ""
     services["explain"] = lambda text: None
     arguments |= {name: value for name, value in services.items() if name in cls.services}

@@ -59,7 +59,7 @@ def test_precomputed_gradients_are_those_on_the_fly(device, stored, mode):
     assert on_the_way.color[..., 3].max() > 0.5
     unlit = render(device, field, "on_the_fly", mode=mode, integrator="gauss2", lit=False)
     assert np.abs(unlit.color - on_the_way.color).max() > 0.05
-    # OpenGL interpolates textures of 8 bits with weights of 8 bits (docs/devices.md), the six samples of a difference too.
+    # OpenGL interpolates textures of 8 bits with weights of 8 bits (docs/devices.md): each of the six samples errs.
     coarse = device.name == "gl" and stored.endswith("int8")
     bound = 1e-2 if coarse else 1e-12 if device.name == "cl64" and stored != "float" else 2e-5
     assert np.abs(before.color - on_the_way.color).max() < bound

@@ -1,0 +1,82 @@
+"""Gradients of a scalar volume made beforehand, and whether making them pays for a ray-caster."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from nodegraph.data.camera import Camera
+from nodegraph.data.space import affine
+from nodegraph.data.volume import Mapping, Volume
+
+SECONDS_PER_VOXEL = 20e-9
+"""What it takes to make the gradient of a voxel; with the next measured by tests/benchmarks/bench_gradients.py."""
+SECONDS_PER_SAMPLE = {"gl": 60e-9, "cl": 100e-9, "cl64": 100e-9}
+"""What one read instead of six saves of a sample that is lit."""
+FRAMES = 4
+"""How often a volume is expected to be seen before it changes. A frame of interactive quality has fewer samples, and is
+one of many; these make up for each other."""
+
+
+def index_gradient(volume: Volume) -> Volume:
+    """Central differences of a scalar volume at its voxels, per index unit: what a ray would find there itself.
+
+    Interpolated between voxels they are the differences of the interpolated field. Whole numbers stay whole. There is
+    a voxel more on each side, where the field repeats its edge: towards it differences fall, in the outer half voxel.
+    """
+    data = np.pad(volume.data.reshape(volume.dims[::-1]), 1, mode="edge")
+    result = np.empty((*data.shape, 3), gradient_type(volume))
+    for axis in range(3):
+        here = np.moveaxis(data, 2 - axis, 0)
+        into = np.moveaxis(result[..., axis], 2 - axis, 0)
+        n = len(here)
+        for i in range(n):
+            np.subtract(here[min(i + 1, n - 1)], here[max(i - 1, 0)], out=into[i], dtype=result.dtype)
+    placed = volume.index_to_world @ affine(origin=(-1.0, -1.0, -1.0))
+    return Volume(result, placed, Mapping(0.5 * volume.mapping.scale))
+
+
+def gradient_type(volume: Volume) -> np.dtype[np.generic]:
+    """What holds differences of voxels without loss: int16 where their range allows, else a float."""
+    low, high = volume.range
+    whole = volume.dtype.kind in "iu" and volume.dtype.itemsize <= 2
+    exact = whole and (high - low) / abs(volume.mapping.scale) < 2**15
+    return np.dtype(np.int16 if exact else np.float64 if volume.dtype.itemsize > 4 else np.float32)
+
+
+def visible_samples(
+    volume: Volume, camera: Camera, size: tuple[int, int], step_length: float, visible_share: float
+) -> float:
+    """How many samples, ``step_length`` mm apart, the rays of a picture have in the share of a volume that can be seen.
+
+    By volumes: a sample stands for a pixel's square at the distance of the middle times a step. What lies outside the
+    picture or behind what is opaque is counted, too, so it is rather too many.
+    """
+    edges = volume.index_to_world[:3, :3] * np.asarray(volume.dims)
+    away = max(float(np.linalg.norm(volume.centre - camera.eye)), 0.5 * float(np.linalg.norm(edges.sum(axis=1))))
+    tangent = math.tan(math.radians(camera.field_of_view) / 2.0)
+    pixel = (camera.height if camera.orthographic else 2.0 * tangent * away) / max(size[1], 1)
+    covered = abs(float(np.linalg.det(edges))) * visible_share
+    samples = covered / (pixel * pixel * step_length)
+    diagonal = float(np.linalg.norm(volume.corners[7] - volume.corners[0]))
+    return min(samples, size[0] * size[1] * diagonal / step_length)
+
+
+def saves_time(volume: Volume, samples: float, device: Any) -> tuple[bool, str]:
+    """Whether gradients should be made beforehand, and why: figures for `explain`.
+
+    They should where reading them saves, over `FRAMES` frames of ``samples`` lit samples, more than making them costs,
+    and where they fit the ``device``. It is the whole budget that counts and not what is left of it: else gradients
+    that were made would speak against themselves.
+    """
+    shape = tuple(n + 2 for n in volume.dims[::-1])
+    voxels = math.prod(shape)
+    kind = gradient_type(volume)
+    if not device.fits((*shape, 3), kind):
+        return False, f"{3 * kind.itemsize * voxels / 2**20:.0f} MiB of them would take too much of the device"
+    cost = SECONDS_PER_VOXEL * voxels
+    saved = SECONDS_PER_SAMPLE.get(device.name, 0.0) * samples
+    figures = f"{cost * 1e3:.3g} ms to make, {saved * 1e3:.3g} ms less a frame for {samples:.3g} lit samples"
+    return cost < FRAMES * saved, f"{figures}, {FRAMES} frames expected"
