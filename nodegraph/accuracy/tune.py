@@ -256,7 +256,9 @@ class _Search:
             if best is None or is_better(score, best[0]):
                 best = (score, found)
         assert best is not None
-        return self.tries.of(best[1], cameras, repeats)
+        # What is there already stays, unless the other is better by more than chance.
+        present = self._rank({}, cameras, repeats, 1.0)
+        return self.tries.of(best[1] if is_better(best[0], present) else {}, cameras, repeats)
 
     def _rank(self, settings: Settings, cameras: Sequence[int], repeats: int, part: float) -> Rank:
         count = len(self.tries.tried)
