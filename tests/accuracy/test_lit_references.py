@@ -1,4 +1,4 @@
-"""References of illuminated scenes converge: light jumps and swings along a ray, and pieces are cut and halved there."""
+"""References of lit scenes converge: light jumps and swings along a ray, and pieces are cut and halved there."""
 
 from __future__ import annotations
 
