@@ -74,7 +74,7 @@ def pair_table(function: TransferFunction, size: int, length: float) -> NDArray[
 
 
 def _integrals(function: TransferFunction, places: NDArray[Any], scale: float, offset: float) -> NDArray[np.float64]:
-    """From the first place to each, (n, 4): of the light (colour times extinction) and of the extinction; unit: fine rows.
+    """From the first place to each, (n, 4): of light (colour times extinction) and extinction; unit: fine rows.
 
     Exact, since both are polynomials between two keys: were a jump not met where it is, but between two rows, the table
     would be wrong by the width of a row however many pieces a ray is cut into.
