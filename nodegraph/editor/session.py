@@ -19,6 +19,7 @@ from PySide6.QtGui import QImage
 
 from nodegraph import workspace
 from nodegraph.commands import Command, SetUI
+from nodegraph.editor import garbage
 from nodegraph.editor.channels import Channel
 from nodegraph.editor.mailbox import Mailbox
 from nodegraph.editor.states import States
@@ -62,6 +63,7 @@ class Session(QObject):
 
     def __init__(self, network: Network | None = None, engine: Engine | None = None) -> None:
         super().__init__()
+        garbage.keep_to_this_thread()
         self.engine = engine if engine is not None else Engine()
         self.report = Report()
         self.level = ""
