@@ -33,7 +33,8 @@ def index_gradient(volume: Volume) -> Volume:
         into = np.moveaxis(result[..., axis], 2 - axis, 0)
         n = len(here)
         for i in range(n):
-            np.subtract(here[min(i + 1, n - 1)], here[max(i - 1, 0)], out=into[i], dtype=result.dtype)
+            with np.errstate(invalid="ignore", over="ignore"):  # beside a voxel that is not finite
+                np.subtract(here[min(i + 1, n - 1)], here[max(i - 1, 0)], out=into[i], dtype=result.dtype)
     placed = volume.index_to_world @ affine(origin=(-1.0, -1.0, -1.0))
     return Volume(result, placed, Mapping(0.5 * volume.mapping.scale))
 

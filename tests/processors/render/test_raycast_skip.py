@@ -17,6 +17,8 @@ from tests.support.calls import call
 
 SIZE = (14, 12)
 SAME = 1e-6
+SAME_LIT = 5e-5
+"""Under light single rays come out farther apart in single precision: a gloss turns the rounding of a gradient."""
 """Greatest difference of a colour."""
 MODES = (
     "midpoint",
@@ -159,7 +161,7 @@ def compare(device, mode, seeds, lit, interval, dtype):
         skipped, whole = both(device, params)
         assert np.isfinite(whole.color).all(), f"seed {seed}"
         color, depth = differences(skipped, whole, diagonal)
-        assert color <= SAME, f"seed {seed}: the colour differs by {color:g}"
+        assert color <= (SAME_LIT if lit else SAME), f"seed {seed}: the colour differs by {color:g}"
         assert depth <= 1e-3, f"seed {seed}: the depth differs by {depth:g} of the scene"
         seen += bool(whole.color.any())
     return seen
