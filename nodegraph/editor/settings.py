@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -41,12 +42,11 @@ class Settings:
             return
         self._values[key] = value
         beside = self.file.with_suffix(".tmp")
-        try:
+        # Where the home may not be written, settings hold until the editor is closed.
+        with suppress(OSError):
             self.file.parent.mkdir(parents=True, exist_ok=True)
             beside.write_text(json.dumps(self._values, indent=1), encoding="utf-8")
             os.replace(beside, self.file)
-        except OSError:
-            pass  # a home that may not be written: this session remembers, the next one does not
 
     @property
     def recent(self) -> list[Path]:

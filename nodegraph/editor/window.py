@@ -39,6 +39,7 @@ from nodegraph.editor.session import Session
 from nodegraph.editor.settings import Settings
 from nodegraph.editor.status import Banner, Status
 from nodegraph.editor.views.browser import ImageBrowser
+from nodegraph.editor.views.compare import CompareView
 from nodegraph.editor.views.view import ViewDock
 from nodegraph.editor.welcome import Welcome
 from nodegraph.errors import GraphError
@@ -46,7 +47,7 @@ from nodegraph.errors import GraphError
 LAYOUT = "window"
 """Key of the document's ``ui`` that holds where the panels are."""
 FILES = "Workspaces and pictures that carry one (*.json *.png *.exr)"
-BELOW = ("messages", "profile", "images", "timeline", "console")
+BELOW = ("messages", "profile", "images", "compare", "timeline", "console")
 LEFT, RIGHT, TOP, BOTTOM = (
     Qt.DockWidgetArea.LeftDockWidgetArea,
     Qt.DockWidgetArea.RightDockWidgetArea,
@@ -94,6 +95,7 @@ class Window(QMainWindow):
         self.profile = Profile(self.session)
         self.console = Console(self.session)
         self.images = ImageBrowser(self.session)
+        self.compare = CompareView(self.session)
         self.timeline = Timeline(self.session)
         self._add_dock("palette", "Processors", self.palette_panel)
         self._add_dock("parameters", "Parameters", self.parameters)
@@ -101,6 +103,7 @@ class Window(QMainWindow):
         self._add_dock("messages", "Messages", self.messages)
         self._add_dock("profile", "Profile", self.profile)
         self._add_dock("images", "Images", self.images)
+        self._add_dock("compare", "Compare", self.compare)
         self._add_dock("timeline", "Timeline", self.timeline)
         self._add_dock("console", "Python", self.console)
         self.actions_by_name = actions.make(self)

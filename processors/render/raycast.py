@@ -20,6 +20,7 @@ KERNELS = {
     "first_hit": "render/raycast_surface", "iso": "render/raycast_surface", "maximum": "render/raycast_maximum",
 }  # fmt: skip
 ENLARGE, SPARSE = "render/enlarge", "render/sparse"
+POINTS = {"gauss2": 2, "gauss3": 3}
 UNBOUNDED = (KERNELS["cellwise"], KERNELS["adaptive"])
 """Kernels whose turns of loops are not known beforehand; where a ray was not cast to its end they return NaN."""
 LOOKS_AT = {"midpoint": 0.0, "cellwise": 0.0, "maximum": 0.0, "first_hit": 1.5, "iso": 1.5}
@@ -190,34 +191,30 @@ class Raycast(Processor):
             defines |= {"LIT": True, "GRADIENT": 0 if gradient is None else 1}
             bindings |= {"to_eye": to_eye / np.abs(to_eye).max()}
 
-        kernel = KERNELS[mode]
+        kernel = KERNELS.get(integrator, KERNELS[mode]) if mode == "composite" else KERNELS[mode]
         if mode == "composite":
-            kernel = KERNELS.get(integrator, kernel)
             bindings |= {"depth_opacity": depth_opacity}
+            defines |= {"TERMINATION": termination < 1.0}
             if termination < 1.0:
                 # A ray must not end before its depth is known.
                 bindings |= {"termination": max(termination, depth_opacity)}
-            defines |= {"TERMINATION": termination < 1.0}
-            if integrator == "cellwise":
-                bindings |= _exactly(function, level) | _gauss(order)
-                defines |= {"ORDER": order}
-            elif integrator in ("preintegrated", "adaptive"):
-                length = step_length if integrator == "preintegrated" else 0.0
-                bindings |= {"table": memo(preintegration.pair_table, function, pair_table_size, length)}
-                bindings |= {"lookup": function.lookup(pair_table_size, level)}
-            else:
-                bindings |= _tabulated(function, table_size, level)
+            given, switches = _integration(
+                function, integrator, level, step_length, order, table_size, pair_table_size, memo
+            )
+            bindings |= given
+            defines |= switches
             if integrator == "adaptive":
                 bindings |= {"tolerance": tolerance}
-            elif integrator != "cellwise":
-                defines |= {"INTEGRATOR": INTEGRATORS.index(integrator)}
-        elif mode == "maximum":
-            bindings |= _tabulated(function, table_size, level) | {"reference_length": function.reference_length}
-        elif mode == "first_hit":
-            bindings |= _tabulated(function, table_size, level) | {"hit_extinction": hit_extinction}
-        else:
+        elif mode == "iso":
             bindings |= {"iso_value": iso_value - level, "iso_color": iso_color}
-        if kernel == "render/raycast_surface":
+        else:
+            bindings |= _tabulated(function, table_size, level)
+            bindings |= (
+                {"reference_length": function.reference_length}
+                if mode == "maximum"
+                else {"hit_extinction": hit_extinction}
+            )
+        if mode in ("iso", "first_hit"):
             defines |= {"ISO": mode == "iso"}
         defines |= {"FINITE": volume.dtype.kind in "iu"}
 
@@ -247,15 +244,11 @@ class Raycast(Processor):
         if lit and gradient is not None:
             bindings |= {"gradient": gradient}
         elif lit:
-            beforehand, why = gradients == "precomputed", "as is asked for"
-            if gradients == "automatic" and np.dtype(device.real).itemsize > 4:
-                why = "kept in single precision they would spoil double"
-            elif gradients == "automatic" and streamed:
-                why = "they would be made for each block in each frame"
-            elif gradients == "automatic":
-                share = 1.0 if found is None else float((found.data <= 0.0).mean())
+            share = 1.0 if found is None or streamed else float((found.data <= 0.0).mean())
+            shown = size[0] * size[1]
+            if mode == "composite":
                 shown = visible_samples(volume, camera, size, step_length, share)
-                beforehand, why = saves_time(volume, shown if mode == "composite" else size[0] * size[1], device)
+            beforehand, why = _beforehand(gradients, volume, shown, device, streamed)
             explain(f"gradients are {'precomputed' if beforehand else 'taken on the fly'}: {why}")
             if beforehand:
                 # They have a voxel more on each side than what is wired.
@@ -273,6 +266,8 @@ class Raycast(Processor):
 
         if streamed:
             explain("the volume does not fit: it is read and rendered block by block, front to back")
+            if pixel_tolerance > 0.0:
+                explain("every pixel is cast: blocks know no pixel_tolerance")
             for name in ("volume", "gradient", "bricks"):
                 bindings.pop(name, None)
             reach = step_length * float(np.linalg.norm(volume.world_to_index[:3, :3], axis=1).max())
@@ -305,6 +300,17 @@ class Raycast(Processor):
         if size != whole:
             result = device.run(ENLARGE, whole, color=result.color, depth=result.depth, full=whole)
         return Image(result.color, result.depth)
+
+
+def _beforehand(gradients, volume, shown, device, streamed):
+    """Whether gradients are made once for all voxels, ``shown`` lit samples a frame, and why."""
+    if gradients != "automatic":
+        return gradients == "precomputed", "as is asked for"
+    if np.dtype(device.real).itemsize > 4:
+        return False, "kept in single precision they would spoil double"
+    if streamed:
+        return False, "they would be made for each block in each frame"
+    return saves_time(volume, shown, device)
 
 
 def coarser(size, step, n):
@@ -346,6 +352,21 @@ def _grid(size, stride):
 def _tabulated(function, rows, level):
     """The transfer function as a table over values less ``level``."""
     return {"table": function.table(rows), "lookup": function.lookup(rows, level)}
+
+
+def _integration(function, integrator, level, step_length, order, table_size, pair_table_size, memo):
+    """What an integrator reads of the transfer function, and the switches of its kernel."""
+    if integrator == "cellwise":
+        return _exactly(function, level) | _gauss(order), {"ORDER": order}
+    if integrator in ("preintegrated", "adaptive"):
+        whole = integrator == "preintegrated"
+        pairs = memo(preintegration.pair_table, function, pair_table_size, step_length if whole else 0.0)
+        given = {"pairs": pairs, "lookup": function.lookup(pair_table_size, level)}
+        return given, {"INTEGRATOR": 2} if whole else {}
+    given = _tabulated(function, table_size, level)
+    if integrator in POINTS:
+        return given | _gauss(POINTS[integrator]), {"INTEGRATOR": 3, "ORDER": POINTS[integrator]}
+    return given, {"INTEGRATOR": INTEGRATORS.index(integrator)}
 
 
 def _exactly(function, level):

@@ -5,6 +5,18 @@
 // For one that can be seen it holds nothing above zero.
 // Source: Schlosser 2009, C06 (visibility by value range).
 
+#ifndef SKIP
+#define SKIP 0          // 1: what cannot be seen is left out
+#endif
+
+#if SKIP
+#ifdef SEARCHES_ALL
+field3v bricks;                 // least and greatest value of each
+#else
+field3 bricks;                  // how far it is to the nearest that can be seen
+#endif
+#endif
+
 const float BRICK = 4.0;        // cells along an edge
 const float SLACK = 1.0e-3;     // bricks by which a cube is taken for smaller, for the rounding of positions
 

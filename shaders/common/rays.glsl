@@ -34,13 +34,12 @@ struct Result {
 #endif
 };
 #if CARRIED
-#ifndef SEARCHES_ALL
+#ifdef SEARCHES_ALL
+field2 carried_best;
+#else
 field2 carried;                     // colour and depth of what lies before the block
 field2 carried_depth;
 
-Result carried_result(ivec2 at) {
-    return Result(fetch2(carried, at), fetch2(carried_depth, at).x);
-}
 #endif
 
 vec3 whole_size() {
@@ -60,6 +59,32 @@ vec3 bricks_corner() {
     return vec3(0.0);
 }
 #endif
+
+// What the blocks before this one left behind for a pixel; nothing where there are none.
+Result carried_result(ivec2 at) {
+    Result result;
+    result.color = vec4(0.0);
+    result.depth = nothing();
+#if CARRIED
+#ifdef SEARCHES_ALL
+    result.best = fetch2(carried_best, at).xy;
+#else
+    result.color = fetch2(carried, at);
+    result.depth = fetch2(carried_depth, at).x;
+#endif
+#endif
+    return result;
+}
+
+// The first segment of a ray that is to be looked at, and the one behind the last.
+vec2 segments_of(Ray ray, vec2 range) {
+    vec2 segments = vec2(floor(range.x / step_length), ceil(range.y / step_length));
+#if CARRIED
+    vec2 own = segments_of_block(ray.origin, ray.direction, step_length);
+    segments = vec2(max(segments.x, own.x), min(segments.y, own.y + 1.0));
+#endif
+    return segments;
+}
 
 // A point of the ray, in the index space of what is bound as `volume`.
 vec3 point_at(Ray ray, float t) {

@@ -2,35 +2,19 @@
 #include "common/illumination.glsl"
 #include "common/classify.glsl"
 #include "common/bricks.glsl"
+#include "common/emission.glsl"
+#include "common/gauss.glsl"
+#include "common/pairs.glsl"
 
 #ifndef INTEGRATOR
-#define INTEGRATOR 0    // 0 midpoint, 1 trapezoid, 2 preintegrated, 3 and 4 Gauss-Legendre with 2 and 3 points
-#endif
-#ifndef TERMINATION
-#define TERMINATION 0   // 1: a ray ends when its opacity reaches `termination`
-#endif
-#ifndef SKIP
-#define SKIP 0          // 1: segments that cannot be seen are left out
+#define INTEGRATOR 0    // 0 midpoint, 1 trapezoid, 2 preintegrated, 3 Gauss-Legendre with ORDER points
 #endif
 #ifndef DENSE
 #define DENSE 0         // 1: nearly all can be seen, so light falls on all segments without a question
 #endif
 
-#if INTEGRATOR == 2
-field2 table;                       // (front, back) to mean colour and extinction between them
-#else
+#if INTEGRATOR != 2
 field1 table;
-#endif
-uniform vec2 lookup;                // from a value to a place in the table
-uniform float depth_opacity;        // depth is where this much is hidden
-#if SKIP
-field3 bricks;
-#endif
-#if TERMINATION
-uniform float termination;
-#define ENOUGH termination
-#else
-#define ENOUGH 1.0      // nothing can be added to a ray that is hidden wholly
 #endif
 
 // Groups of four segments whose sum is made apart before it is laid over the ray: rounding grows with their number and
@@ -43,86 +27,38 @@ struct Segment {
     vec4 back;      // what the next segment begins with
 };
 
-#if INTEGRATOR == 2
-// Place in the table of a point's value, NaN where the volume has none.
-vec4 end_of_segment(Ray ray, float t) {
-    float value = sample3(volume, point_at(ray, t));
-    float place = value * lookup.x + lookup.y;
-#if !FINITE
-    place = is_missing(value) ? uintBitsToFloat(0x7fc00000u) : place;
-#endif
-    return vec4(place);
-}
-#else
+#if INTEGRATOR != 2
 vec4 matter_at(Ray ray, float t) {
     return classify(table, lookup, sample3(volume, point_at(ray, t)));
 }
+#endif
 
 vec4 end_of_segment(Ray ray, float t) {
 #if INTEGRATOR == 1
     return matter_at(ray, t);
+#elif INTEGRATOR == 2
+    return vec4(place_at(ray, t));
 #else
     return vec4(0.0);
 #endif
 }
-#endif
 
 #if INTEGRATOR == 3
-const float NODE[2] = float[2](0.211324865405187118, 0.788675134594812882);
-const float WEIGHT[2] = float[2](0.5, 0.5);
-// Row i: what the length before node i weighs at each node, by the polynomial through them.
-const float BEFORE[4] = float[4](0.25, -0.0386751345948128823, 0.538675134594812882, 0.25);
-#define POINTS 2
-#endif
-#if INTEGRATOR == 4
-const float NODE[3] = float[3](0.112701665379258311, 0.5, 0.887298334620741689);
-const float WEIGHT[3] = float[3](0.277777777777777778, 0.444444444444444444, 0.277777777777777778);
-const float BEFORE[9] = float[9](
-    0.138888888888888889, -0.0359766675249389034, 0.00978944401530832604,
-    0.300263194980864598, 0.222222222222222222, -0.0224854172030868202,
-    0.26798833376246945, 0.480421111969383348, 0.138888888888888889);
-#define POINTS 3
-#endif
-
-#if INTEGRATOR == 3 || INTEGRATOR == 4
-struct Nodes {
-    vec3 colors[POINTS];
-    float weights[POINTS];      // of the colours in what is seen of the segment
-    vec3 color;
-    float depth;
+struct Points {
+    vec3 colors[ORDER];
+    Seen seen;
 };
 
-// The points of a segment by Gauss and Legendre, as a collocation method: order 2 POINTS also for the colour.
-Nodes look_at(Ray ray, float start, float length) {
-    Nodes nodes;
-    float extinction[POINTS];
-    nodes.depth = 0.0;
-    for (int i = 0; i < POINTS; ++i) {
-        vec4 matter = matter_at(ray, start + NODE[i] * length);
+Points points_of(Ray ray, float start, float length) {
+    Points points;
+    float extinction[ORDER];
+    for (int i = 0; i < ORDER; ++i) {
+        vec4 matter = matter_at(ray, start + nodes[i] * length);
         extinction[i] = matter.w;
-        nodes.colors[i] = matter.rgb;
-        nodes.depth += WEIGHT[i] * matter.w * length;
+        points.colors[i] = matter.rgb;
     }
-    // Only the ratios of the weights count: from the least that lies before a point which can be seen, so that in the
-    // thickest segment there is one weight which is not nothing, and none beyond all bounds.
-    float before[POINTS];
-    float least = FAR;
-    for (int i = 0; i < POINTS; ++i) {
-        before[i] = 0.0;
-        for (int j = 0; j < POINTS; ++j) {
-            before[i] += BEFORE[i * POINTS + j] * extinction[j];
-        }
-        least = extinction[i] > 0.0 ? min(least, before[i]) : least;
-    }
-    vec3 sum = vec3(0.0);
-    float weights = 0.0;
-    for (int i = 0; i < POINTS; ++i) {
-        nodes.weights[i] = extinction[i] > 0.0 ? WEIGHT[i] * extinction[i] * exp((least - before[i]) * length) : 0.0;
-        sum += nodes.weights[i] * nodes.colors[i];
-        weights += nodes.weights[i];
-    }
-    nodes.color = weights > 0.0 ? sum / weights : nodes.colors[0];
-    return nodes;
+    points.seen = see(extinction, length);
+    return points;
 }
 #endif
 
@@ -144,20 +80,18 @@ Segment segment(Ray ray, float k, float start, float length, float stop, vec4 fr
 #endif
 #if INTEGRATOR == 2
     vec4 back = end_of_segment(ray, min((k + 1.0) * step_length, stop));
-    vec4 matter = sample2(table, vec2(front.x, back.x));
-#if !FINITE
-    if (isnan(front.x) || isnan(back.x)) {
-        matter = vec4(0.0);
-    }
-#endif
+    vec4 matter = between(front.x, back.x);
     result.color = matter.rgb;
     result.depth = matter.w * length;
     result.back = back;
 #endif
-#if INTEGRATOR == 3 || INTEGRATOR == 4
-    Nodes nodes = look_at(ray, start, length);
-    result.depth = nodes.depth;
-    result.color = nodes.color;
+#if INTEGRATOR == 3
+    Points points = points_of(ray, start, length);
+    result.depth = points.seen.depth;
+    result.color = vec3(0.0);
+    for (int i = 0; i < ORDER; ++i) {
+        result.color += points.seen.shares[i] * points.colors[i];
+    }
 #endif
     return result;
 }
@@ -179,15 +113,13 @@ vec3 light_on(Ray ray, float k, float start, float length, vec4 front, Segment p
 #if INTEGRATOR == 2
     return shade(part.color, ray, start + 0.5 * length);
 #endif
-#if INTEGRATOR == 3 || INTEGRATOR == 4
+#if INTEGRATOR == 3
     vec3 sum = vec3(0.0);
-    float weights = 0.0;
-    Nodes nodes = look_at(ray, start, length);
-    for (int i = 0; i < POINTS; ++i) {
-        sum += nodes.weights[i] * shade(nodes.colors[i], ray, start + NODE[i] * length);
-        weights += nodes.weights[i];
+    Points points = points_of(ray, start, length);
+    for (int i = 0; i < ORDER; ++i) {
+        sum += points.seen.shares[i] * shade(points.colors[i], ray, start + nodes[i] * length);
     }
-    return weights > 0.0 ? sum / weights : part.color;
+    return sum;
 #endif
 }
 #endif
@@ -246,27 +178,18 @@ Group group_at(Ray ray, float k, float first, float last, vec2 range) {
 
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, at);
-    Result result;
-    result.color = vec4(0.0);
-    result.depth = nothing();
-#if CARRIED
-    result = carried_result(at);
+    Result result = carried_result(at);
     if (result.color.w >= ENOUGH) {
         return result;
     }
-#endif
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {
         return result;
     }
     // Segments are counted in floats, which are exact up to 16 million: nothing has to be converted in the loop.
-    float first = floor(range.x / step_length);
-    float last = ceil(range.y / step_length) - 1.0;
-#if CARRIED
-    vec2 own = segments_of_block(ray.origin, ray.direction, step_length);
-    first = max(first, own.x);
-    last = min(last, own.y);
-#endif
+    vec2 segments = segments_of(ray, range);
+    float first = segments.x;
+    float last = segments.y - 1.0;
 #if SKIP
     Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
 #endif

@@ -2,73 +2,28 @@
 // halved until two halves agree with the whole within the tolerance (Orhun 2004, OR-61). What lies between two values is
 // looked up, so that a part on which the value goes evenly needs no halving whatever the transfer function.
 #include "common/illumination.glsl"
-#include "common/classify.glsl"
+#include "common/pairs.glsl"
 #include "common/bricks.glsl"
+#include "common/emission.glsl"
 
-#ifndef TERMINATION
-#define TERMINATION 0   // 1: a ray ends when its opacity reaches `termination`
-#endif
-#ifndef SKIP
-#define SKIP 0          // 1: runs of segments that cannot be seen are left out
-#endif
 
-field2 table;                       // (front, back) to mean colour and extinction between them
-uniform vec2 lookup;                // from a value to a place in the table
 uniform float tolerance;            // of the colour and opacity of the whole ray
-uniform float depth_opacity;        // depth is where this much is hidden
-#if SKIP
-field3 bricks;
-#endif
-#if TERMINATION
-uniform float termination;
-#define ENOUGH termination
-#else
-#define ENOUGH 1.0
-#endif
 
 const float FINEST = 256.0;         // parts of a segment
 
-// Place in the table of a point's value, NaN where the volume has none.
-float place_at(Ray ray, float t) {
-    float value = sample3(volume, point_at(ray, t));
-    float place = value * lookup.x + lookup.y;
-#if !FINITE
-    place = is_missing(value) ? uintBitsToFloat(0x7fc00000u) : place;
-#endif
-    return place;
-}
-
-vec4 between(float front, float back) {
-#if !FINITE
-    if (isnan(front) || isnan(back)) {
-        return vec4(0.0);
-    }
-#endif
-    return sample2(table, vec2(front, back));
-}
-
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, at);
-    Result result;
-    result.color = vec4(0.0);
-    result.depth = nothing();
-#if CARRIED
-    result = carried_result(at);
+    Result result = carried_result(at);
     if (result.color.w >= ENOUGH) {
         return result;
     }
-#endif
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {
         return result;
     }
-    float first = floor(range.x / step_length);
-    float end = ceil(range.y / step_length);
-#if CARRIED
-    vec2 own = segments_of_block(ray.origin, ray.direction, step_length);
-    first = max(first, own.x);
-    end = min(end, own.y + 1.0);
-#endif
+    vec2 segments = segments_of(ray, range);
+    float first = segments.x;
+    float end = segments.y;
 #if SKIP
     Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
 #endif

@@ -2,36 +2,13 @@
 // where the cubic that the value is inside a cell turns, and where it meets a key of the transfer function. Each piece
 // is smooth, and Gauss-Legendre points integrate it (docs/decisions/0007-rays.md).
 #include "common/illumination.glsl"
+#include "common/classify.glsl"
 #include "common/bricks.glsl"
-
-#ifndef ORDER
-#define ORDER 3         // points in each piece
-#endif
-#ifndef TERMINATION
-#define TERMINATION 0   // 1: a ray ends when its opacity reaches `termination`
-#endif
-#ifndef SKIP
-#define SKIP 0          // 1: bricks that cannot be seen are left out
-#endif
-#ifndef FINITE
-#define FINITE 0        // 1: the volume holds integers, so no value has to be tested for being a number
-#endif
+#include "common/emission.glsl"
+#include "common/gauss.glsl"
 
 field1 keys;                        // linear RGB and extinction per mm of each key
 field1 places;                      // value of each key, ascending; two at one value make a step
-uniform float nodes[ORDER];         // in 0..1
-uniform float weights[ORDER];
-uniform float before[ORDER * ORDER];    // row i: what the length before node i weighs at each node
-uniform float depth_opacity;        // depth is where this much is hidden
-#if SKIP
-field3 bricks;
-#endif
-#if TERMINATION
-uniform float termination;
-#define ENOUGH termination
-#else
-#define ENOUGH 1.0
-#endif
 
 const float NEVER = 3.0e38;
 const float AGREED = 2.0e-7;     // of the colour of the ray
@@ -153,30 +130,18 @@ struct Piece {
 Piece integrate(Ray ray, Cubic f, Band band, float s0, float s1, float start, float length) {
     float piece = (s1 - s0) * length;
     vec4 matter[ORDER];
-    float depth = 0.0;
+    float extinction[ORDER];
     for (int i = 0; i < ORDER; ++i) {
         matter[i] = matter_in(band, value_of(f, mix(s0, s1, nodes[i])));
-        depth += weights[i] * matter[i].w * piece;
+        extinction[i] = matter[i].w;
     }
-    // Only the ratios of the weights count: from the least that lies before a point which can be seen, so that in the
-    // thickest piece there is one weight which is not nothing, and none beyond all bounds.
-    float depth_before[ORDER];
-    float least = NEVER;
-    for (int i = 0; i < ORDER; ++i) {
-        depth_before[i] = 0.0;
-        for (int j = 0; j < ORDER; ++j) {
-            depth_before[i] += before[i * ORDER + j] * matter[j].w;
-        }
-        least = matter[i].w > 0.0 ? min(least, depth_before[i]) : least;
-    }
+    Seen seen = see(extinction, piece);
     vec3 color = vec3(0.0);
-    float total = 0.0;
     for (int i = 0; i < ORDER; ++i) {
-        float weight = matter[i].w > 0.0 ? weights[i] * matter[i].w * exp((least - depth_before[i]) * piece) : 0.0;
-        color += weight * shade(matter[i].rgb, ray, start + (mix(s0, s1, nodes[i]) + 0.5) * length);
-        total += weight;
+        float t = start + (mix(s0, s1, nodes[i]) + 0.5) * length;
+        color += seen.shares[i] * shade(matter[i].rgb, ray, t);
     }
-    return Piece(total > 0.0 ? color / total : band.near.rgb, depth);
+    return Piece(color, seen.depth);
 }
 
 Sum add(Sum sum, Piece piece) {
@@ -309,15 +274,10 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
 
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, at);
-    Result result;
-    result.color = vec4(0.0);
-    result.depth = nothing();
-#if CARRIED
-    result = carried_result(at);
+    Result result = carried_result(at);
     if (result.color.w >= ENOUGH) {
         return result;
     }
-#endif
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x) || size1(places) < 1) {
         return result;

@@ -4,39 +4,21 @@
 #include "common/classify.glsl"
 #include "common/bricks.glsl"
 
-#ifndef SKIP
-#define SKIP 0          // 1: bricks that hold nothing greater than what was found are left out
-#endif
 
 field1 table;
 uniform vec2 lookup;                // from a value to a place in the table
 uniform float reference_length;     // mm of material that the brightest value stands for
-#if CARRIED
-field2 carried_best;
-#endif
-#if SKIP
-field3v bricks;                     // least and greatest value of each brick
-#endif
 
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, at);
-    Result result;
-    result.color = vec4(0.0);
-    result.depth = nothing();
-#if CARRIED
-    result.best = fetch2(carried_best, at).xy;
-#endif
+    Result result = carried_result(at);
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {
         return result;
     }
-    float first = floor(range.x / step_length);
-    float end = ceil(range.y / step_length);
-#if CARRIED
-    vec2 own = segments_of_block(ray.origin, ray.direction, step_length);
-    first = max(first, own.x);
-    end = min(end, own.y + 1.0);
-#endif
+    vec2 segments = segments_of(ray, range);
+    float first = segments.x;
+    float end = segments.y;
 #if SKIP
     Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
 #endif

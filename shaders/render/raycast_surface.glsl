@@ -6,9 +6,6 @@
 #ifndef ISO
 #define ISO 1           // 1: reaches iso_value; 0: its extinction reaches hit_extinction
 #endif
-#ifndef SKIP
-#define SKIP 0          // 1: runs of segments that cannot hold the surface are left out
-#endif
 
 #if ISO
 uniform float iso_value;
@@ -17,9 +14,6 @@ uniform vec3 iso_color;
 field1 table;
 uniform vec2 lookup;                // from a value to a place in the table
 uniform float hit_extinction;       // per mm
-#endif
-#if SKIP
-field3 bricks;
 #endif
 
 // Above zero inside the surface that is looked for, NaN where the volume has no value.
@@ -55,15 +49,10 @@ float refine(Ray ray, float outside, float inside, float below, float above) {
 
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, at);
-    Result result;
-    result.color = vec4(0.0);
-    result.depth = nothing();
-#if CARRIED
-    result = carried_result(at);
+    Result result = carried_result(at);
     if (result.color.w > 0.0) {
         return result;
     }
-#endif
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {
         return result;

@@ -63,15 +63,37 @@ def test_a_lost_context_is_replaced_and_what_lay_there_is_made_anew(name: str) -
 
 
 def test_a_texture_limit_moves_the_node_to_the_next_device_with_a_note() -> None:
-    network = scene()
-    network["source"].voxels = (8, 8, 8)
+    network = Network()
+    network.add("source.synthetic", "source")
+    network.add("render.slice", "slice")
+    network.add("output.view", "view")
+    network.connect("source.volume", "slice.volume")
+    network.connect("slice.image", "view.image")
     with Engine(device="gl", disk=False) as engine:
-        device = engine.devices.choose("gl").device if engine.device_in_use else engine.call(engine._main_device)
-        network["source"].voxels = (device.limits["texture_3d"] + 1, 2, 2)
+        network["source"].voxels = (texture_limit(engine) + 1, 2, 2)
         report = engine.evaluate(network, size=(12, 10))
         assert np.isfinite(picture(report)).all()
-        (note,) = [note for note in report.notes if note.startswith("raycast: ")]
+        (note,) = [note for note in report.notes if note.startswith("slice: ")]
         assert "texture limit" in note
         assert note.endswith("running on cl instead")
-        network["raycast"].step = 2.0
+        network["slice"].height = 1.0
         picture(engine.evaluate(network, size=(12, 10)))
+
+
+def test_the_ray_caster_goes_block_by_block_beyond_a_texture_limit() -> None:
+    network = scene()
+    with Engine(device="gl", disk=False) as engine:
+        network["source"].voxels = (texture_limit(engine) + 1, 2, 2)
+        report = engine.evaluate(network, size=(12, 10))
+        blocks = picture(report)
+        assert not any("instead" in note for note in report.notes)
+    with Engine(device="cl64", disk=False) as engine:
+        whole = picture(engine.evaluate(network, size=(12, 10)))
+    assert whole[..., 3].max() > 0.5
+    np.testing.assert_allclose(blocks, whole, atol=1e-5)
+
+
+def texture_limit(engine: Engine) -> int:
+    device = engine.devices.choose("gl").device if engine.device_in_use else engine.call(engine._main_device)
+    limit: int = device.limits["texture_3d"]
+    return limit

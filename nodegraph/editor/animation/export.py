@@ -13,25 +13,19 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QHBoxLayout,
     QLabel,
-    QLineEdit,
-    QPushButton,
-    QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
 from nodegraph import film, workspace
 from nodegraph.animation import Span, Track
+from nodegraph.editor.saving import add_place, add_size, finish
 from nodegraph.errors import Cancelled, one_sentence
 from nodegraph.pictures import views_of
 from nodegraph.requests import sink_size
 
 if TYPE_CHECKING:
     from nodegraph.editor.session import Session
-
-LARGEST = 16384
 
 
 class Export(QObject):
@@ -127,39 +121,18 @@ class ExportDialog(QDialog):
         self.format.addItem("Pictures (PNG)", "")
         self.format.addItem("Film (MP4)", film.FILM)
         self.format.currentIndexChanged.connect(lambda _: self._suggest())
-        self.place = QLineEdit(self)
-        self.place.setMinimumWidth(320)
-        browse = QPushButton("Browse…", self)
-        browse.clicked.connect(self._browse)
-        size = sink_size(flat, self.view.currentText()) if self.view.count() else (640, 480)
-        self.width_box, self.height_box = (self._side(side) for side in size)
-        row = QHBoxLayout()
-        row.addWidget(self.place, 1)
-        row.addWidget(browse)
-        sides = QHBoxLayout()
-        sides.addWidget(self.width_box)
-        sides.addWidget(self.height_box)
-        sides.addStretch(1)
         count = len(span.frames)
+        frames = f"{span.first} to {span.last}, {count / span.rate:.1f} s at {span.rate} / s"
         form = QFormLayout()
         form.addRow("View", self.view)
         form.addRow("Format", self.format)
-        form.addRow("Place", row)
-        form.addRow("Size", sides)
-        form.addRow(
-            "Frames", QLabel(f"{span.first} to {span.last}, {count / span.rate:.1f} s at {span.rate} / s", self)
-        )
-        standard = QDialogButtonBox.StandardButton
-        buttons = QDialogButtonBox(standard.Ok | standard.Cancel, self)
-        self.go = buttons.button(standard.Ok)
+        self.place = add_place(form, "Place", "", self._browse)
+        size = sink_size(flat, self.view.currentText()) if self.view.count() else (640, 480)
+        self.width_box, self.height_box = add_size(form, size, least=2)
+        form.addRow("Frames", QLabel(frames, self))
+        self.go = finish(self, form, QDialogButtonBox.StandardButton.Ok)
         self.go.setText("Render")
         self.go.setEnabled(self.view.count() > 0)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.setSpacing(12)
-        layout.addLayout(form)
-        layout.addWidget(buttons)
         self._suggest()
 
     def accept(self) -> None:
@@ -169,14 +142,6 @@ class ExportDialog(QDialog):
             out = out.with_name(out.name + suffix)
         self.chosen.emit(self.view.currentText(), out, (self.width_box.value(), self.height_box.value()))
         super().accept()
-
-    def _side(self, value: int) -> QSpinBox:
-        box = QSpinBox(self)
-        box.setRange(2, LARGEST)
-        box.setSuffix(" pixels")
-        box.setValue(value)
-        box.setFixedWidth(130)
-        return box
 
     def _suggest(self) -> None:
         path = self.session.path

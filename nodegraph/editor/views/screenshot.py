@@ -12,23 +12,18 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QHBoxLayout,
-    QLineEdit,
-    QPushButton,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
 from nodegraph import formats, workspace
 from nodegraph.data import Image
+from nodegraph.editor.saving import add_place, add_size, finish
 from nodegraph.errors import GraphError
 
 if TYPE_CHECKING:
     from nodegraph.editor.session import Session
     from nodegraph.report import Report
-
-LARGEST = 16384
 
 
 class Screenshot(QObject):
@@ -82,34 +77,16 @@ class ScreenshotDialog(QDialog):
         self.setWindowTitle("Save a picture")
         self.session, self.node_path = session, node_path
         folder = session.path.parent if session.path is not None else Path.home()
-        self.file = QLineEdit(str(folder / f"{node_path.replace('/', '.')}.png"), self)
-        self.file.setMinimumWidth(320)
-        browse = QPushButton("Browse…", self)
-        browse.clicked.connect(self._browse)
-        self.width_box, self.height_box = (self._side(side) for side in size)
+        form = QFormLayout()
+        self.file = add_place(form, "File", str(folder / f"{node_path.replace('/', '.')}.png"), self._browse)
+        self.width_box, self.height_box = add_size(form, size)
         self.proportions = QCheckBox("Keep proportions", self)
         self.proportions.setChecked(True)
         self._ratio = size[0] / size[1]
         self.width_box.valueChanged.connect(lambda value: self._follow(self.height_box, value / self._ratio))
         self.height_box.valueChanged.connect(lambda value: self._follow(self.width_box, value * self._ratio))
-        row = QHBoxLayout()
-        row.addWidget(self.file, 1)
-        row.addWidget(browse)
-        sides = QHBoxLayout()
-        sides.addWidget(self.width_box)
-        sides.addWidget(self.height_box)
-        sides.addStretch(1)
-        form = QFormLayout()
-        form.addRow("File", row)
-        form.addRow("Size", sides)
         form.addRow("", self.proportions)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel, self)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.setSpacing(12)
-        layout.addLayout(form)
-        layout.addWidget(buttons)
+        finish(self, form, QDialogButtonBox.StandardButton.Save)
 
     def accept(self) -> None:
         file = Path(self.file.text()).expanduser()
@@ -118,14 +95,6 @@ class ScreenshotDialog(QDialog):
         size = (self.width_box.value(), self.height_box.value())
         Screenshot(self.session, self.node_path, file, size, self.session)
         super().accept()
-
-    def _side(self, value: int) -> QSpinBox:
-        box = QSpinBox(self)
-        box.setRange(1, LARGEST)
-        box.setSuffix(" pixels")
-        box.setValue(value)
-        box.setFixedWidth(130)
-        return box
 
     def _follow(self, box: QSpinBox, value: float) -> None:
         if self.proportions.isChecked():
