@@ -40,7 +40,7 @@ from nodegraph.editor.settings import Settings
 from nodegraph.editor.status import Banner, Status
 from nodegraph.editor.views.browser import ImageBrowser
 from nodegraph.editor.views.compare import CompareView
-from nodegraph.editor.views.view import ViewDock
+from nodegraph.editor.views.dock import ViewDock
 from nodegraph.editor.welcome import Welcome
 from nodegraph.errors import GraphError
 

@@ -18,6 +18,7 @@ from nodegraph.camera_path import rotated, rotation
 from nodegraph.commands import Reset, Set
 from nodegraph.data import Camera, Plane, Volume
 from nodegraph.editor.views import navigation as nav
+from nodegraph.editor.views.sight import Sight
 from nodegraph.errors import GraphError
 from nodegraph.subjects import Subject, things_of
 
@@ -115,6 +116,10 @@ class Interactor(QObject):
     wheel_name = "zoom"
 
     @abstractmethod
+    def sight(self) -> Sight | None:
+        """How the view looks at the world, by the document as it is now; None where that is not known."""
+
+    @abstractmethod
     def gesture_of(self, event: QMouseEvent) -> str:
         """Name of the gesture that a press begins, empty for none."""
 
@@ -168,6 +173,10 @@ class CameraInteractor(Interactor):
         except (GraphError, IndexError):
             return None
         return value if isinstance(value, Camera) else None
+
+    def sight(self) -> Sight | None:
+        camera = self.camera()
+        return Sight(self.size, camera=camera) if camera is not None else None
 
     def set(self, camera: Camera) -> None:
         """Set all cameras of the view."""
@@ -298,6 +307,10 @@ class CutInteractor(Interactor):
         if stored > 0.0 or plane is None or volume is None:
             return stored
         return nav.cut_height(plane, volume.corners, self.size)
+
+    def sight(self) -> Sight | None:
+        plane, height = self.plane(), self.height()
+        return Sight(self.size, plane=plane, height=height) if plane is not None and height > 0.0 else None
 
     def gesture_of(self, event: QMouseEvent) -> str:
         if event.button() == Qt.MouseButton.RightButton:

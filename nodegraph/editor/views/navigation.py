@@ -176,6 +176,13 @@ def on_plane(plane: Plane, height: float, size: Size, at: Point) -> Vector:
     return point
 
 
+def seen_on_plane(plane: Plane, height: float, size: Size, point: Iterable[float]) -> Point:
+    """The place of the picture of a cut under which a point of the world lies, along the normal; undoes `on_plane`."""
+    right, up = plane.axes
+    offset, pixel = np.asarray(tuple(point)) - plane.origin, height / size[1]
+    return float(offset @ right) / pixel + size[0] / 2, size[1] / 2 - float(offset @ up) / pixel
+
+
 def scrolled(plane: Plane, world_to_index: Vector, steps: float) -> Plane:
     """The plane moved along its normal by so many voxels."""
     along_voxels = np.asarray(world_to_index)[:3, :3] @ plane.unit_normal

@@ -25,7 +25,7 @@ class Pick:
 
     pixel: column and row. color: linear, as the picture has it. depth: mm along the view axis, None where nothing is
     seen or it is not known. id: of a label, None without ids. world: mm, None where it is not known. read: reads the
-    value of what is cut, off the window's thread.
+    value of the data there, off the window's thread. unit: of that value.
     """
 
     pixel: tuple[int, int]
@@ -34,6 +34,7 @@ class Pick:
     id: int | None = None
     world: Vector | None = None
     read: Callable[[], float | None] | None = None
+    unit: str = ""
 
     def text(self, value: float | None = None) -> str:
         """One line."""
@@ -42,7 +43,7 @@ class Pick:
             f"{color_name(len(self.color))} {_numbers(self.color, 2 if len(self.color) == 4 else 3)}",
         ]
         if value is not None:
-            parts.append(f"value {value:.6g}")
+            parts.append(f"value {value:.6g} {self.unit}".rstrip())
         if self.id is not None:
             parts.append(f"id {self.id}")
         if self.depth is not None:
@@ -70,27 +71,32 @@ def pick(view: ViewWidget, pixel: tuple[int, int]) -> Pick | None:
     depth = float(image.depth[row, column]) if image.depth is not None else None
     if depth is not None and not np.isfinite(depth):
         depth = None
-    place = (column + 0.5, row + 0.5)
+    world = _world(view, (column + 0.5, row + 0.5), depth)
+    volume = view.volume()
+    if world is None or volume is None:
+        return Pick(pixel, color, depth, id, world)
+    return Pick(pixel, color, depth, id, world, lambda: value_at(volume, world), volume.mapping.unit)
+
+
+def _world(view: ViewWidget, place: nav.Point, depth: float | None) -> Vector | None:
+    """The point of the world under a place of the picture, in pixels of the picture."""
+    assert view.shown is not None
+    size = view.shown.size
     if isinstance(view.interactor, CameraInteractor):
         camera = view.interactor.camera()
-        world = nav.world_at(camera, size, place, depth) if camera is not None and depth is not None else None
-        return Pick(pixel, color, depth, id, world)
+        return nav.world_at(camera, size, place, depth) if camera is not None and depth is not None else None
     if isinstance(view.interactor, CutInteractor):
-        plane, height, volume = view.interactor.plane(), view.interactor.height(), view.interactor.volume()
-        if plane is not None and height > 0.0:
-            world = nav.on_plane(plane, height, size, place)
-            read = None if volume is None else (lambda: value_at(volume, world))
-            return Pick(pixel, color, depth, id, world, read)
-    return Pick(pixel, color, depth, id)
+        plane, height = view.interactor.plane(), view.interactor.height()
+        return nav.on_plane(plane, height, size, place) if plane is not None and height > 0.0 else None
+    return None
 
 
 def value_at(volume: Volume, world: Vector) -> float | None:
-    """The value of the voxel that a point of the world (mm) lies in; None outside. Reads the numbers of a volume."""
+    """The real value of the voxel that a point of the world (mm) lies in; None outside. Reads that voxel only."""
     index = np.floor(transform_points(volume.world_to_index, world) + 0.5).astype(int)
-    data = np.asarray(volume.data)
-    if data.ndim != 3 or (index < 0).any() or (index >= data.shape[::-1]).any():
+    if (index < 0).any() or (index >= volume.dims).any():
         return None
-    return float(data[index[2], index[1], index[0]])
+    return float(volume.part(index, index + 1).real(np.float64)[0, 0, 0])
 
 
 def _numbers(numbers: tuple[float, ...] | list[float], digits: int) -> str:

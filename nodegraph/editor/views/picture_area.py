@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
@@ -19,6 +20,7 @@ class PictureArea(QWidget):
 
     zooming: whether the wheel zooms to the cursor and a drag pans; without it the mouse is left to somebody else.
     `hovered` sends (column, row) of the pixel under the cursor, or None outside. ``note``: a sentence in its middle.
+    overlays: what draws over the picture, in the widget's own pixels.
     """
 
     hovered = Signal(object)
@@ -29,6 +31,7 @@ class PictureArea(QWidget):
         self.zooming = zooming
         self.picture: QImage | None = None
         self.note = ""
+        self.overlays: list[Callable[[QPainter], object]] = []
         self._scale = 0.0  # 0: fitted
         self._middle = QPointF()  # the point of the picture in the middle, in its pixels
         self._grabbed: QPointF | None = None
@@ -127,6 +130,10 @@ class PictureArea(QWidget):
             scale = self.scale * self.devicePixelRatioF()
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale < 2.0 and scale != 1.0)
             painter.drawImage(self.target(), self.picture)
+            for overlay in self.overlays:
+                painter.save()
+                overlay(painter)
+                painter.restore()
         if self.note:
             self._paint_note(painter)
 

@@ -7,19 +7,22 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
 
-from nodegraph.data import Image
+from nodegraph.data import Image, Volume
 from nodegraph.editor.views.icons import IconButton
 from nodegraph.editor.views.interactors import CameraInteractor, CutInteractor, Interactor
 from nodegraph.editor.views.navigation import AXES
 from nodegraph.editor.views.pick import Pick, pick
 from nodegraph.editor.views.picture_area import PictureArea
+from nodegraph.editor.views.readout import Readout
 from nodegraph.editor.views.shown import VIEWPORT, Shown, linear, shown
+from nodegraph.editor.views.sight import Sight
 from nodegraph.editor.views.status_line import StatusLine
+from nodegraph.editor.views.tools import Tool, mouse_inside, wheel_inside
 from nodegraph.errors import CommandError, GraphError
-from nodegraph.subjects import Subject, subject_of
+from nodegraph.subjects import Subject, subject_of, things_of
 
 if TYPE_CHECKING:
     from nodegraph.editor.session import Session
@@ -49,19 +52,18 @@ class ViewWidget(QWidget):
         self._channel = object()
         self._newest = 0
         self._told = ""
-        self._cursor: QPointF | None = None
-        self._found: Pick | None = None
-        self._picks = 0
+        self.tools: list[Tool] = []
+        self._taker: Tool | None = None
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.area = PictureArea(self, zooming=False)
         self.area.setMouseTracking(True)
         self.setMouseTracking(True)
-        self._status = StatusLine(self)
+        self.area.overlays.append(self._paint)
+        self.readout = Readout(self)
         self._facts = StatusLine(self, quiet=True)
         self._lay_out()
         self._settle = QTimer(self, singleShot=True, interval=SETTLE)
         self._settle.timeout.connect(self._watch)
-        self.area.hovered.connect(self._hover)
         session.answered.connect(self._answered)
         session.changed.connect(self._changed)
         session.replaced.connect(self._replaced)
@@ -111,7 +113,7 @@ class ViewWidget(QWidget):
         layout.setSpacing(0)
         layout.addLayout(bar)
         layout.addWidget(self.area, 1)
-        layout.addWidget(self._status)
+        layout.addWidget(self.readout.line)
 
     def _fill_menu(self) -> None:
         self._menu.clear()
@@ -177,7 +179,7 @@ class ViewWidget(QWidget):
         self._facts.setText(f"{made.size[0]} × {made.size[1]}{part}{time}")
         if isinstance(self.interactor, CutInteractor):
             self.interactor.volume()  # asks for its range before a drag needs it
-        self._show_pick()
+        self.readout.refresh()
         self.drawn.emit()
 
     def _show_state(self) -> None:
@@ -201,12 +203,17 @@ class ViewWidget(QWidget):
         self._find_subject()
 
     def _replaced(self) -> None:
-        if self.interactor is not None:
-            self.interactor.forget()
+        self._taker = None
+        for part in self._parts():
+            part.forget()
         self._changed([])
 
     def _busy(self) -> bool:
-        return self.interactor is not None and self.interactor.active
+        return any(part.active for part in self._parts())
+
+    def _parts(self) -> list[Tool | Interactor]:
+        """Whoever may have a gesture, in the order in which they are asked."""
+        return [*self.tools, *([self.interactor] if self.interactor is not None else [])]
 
     def _find_subject(self) -> None:
         if not self.alive or self._busy():
@@ -273,92 +280,102 @@ class ViewWidget(QWidget):
         pixel = self.area.pixel_at(QPointF(*at))
         return pick(self, pixel) if pixel is not None and self.shown is not None else None
 
-    def _hover(self, pixel: tuple[int, int] | None) -> None:
-        self._cursor = QPointF(*pixel) if pixel is not None else None
-        self._show_pick()
-
-    def _show_pick(self) -> None:
-        if self._cursor is None or self.shown is None:
-            self._status.setText("")
-            self._found = None
-            return
-        found = pick(self, (int(self._cursor.x()), int(self._cursor.y())))
-        self._found = found
-        self._status.setText(found.text() if found is not None else "")
-        if found is not None and found.read is not None:
-            self._picks += 1
-            number, read = self._picks, found.read
-            self.session.work(read, lambda value: self._take_value(number, found, value))
-
-    def _take_value(self, number: int, found: Pick, value: float | None) -> None:
-        if number == self._picks and self._found is found and value is not None:
-            self._status.setText(found.text(value))
+    def volume(self) -> Volume | None:
+        """The scalar volume whose values this view shows, as far as it is known: what is cut, or the nearest one."""
+        if isinstance(self.interactor, CutInteractor):
+            return self.interactor.volume()
+        for name in things_of(self.session.network, self.path) if self.alive else ():
+            path, _, output = name.rpartition(".")
+            value = self.session.value(path, output)
+            if isinstance(value, Volume) and value.components == 1:
+                return value
+        return None
 
     @property
     def status(self) -> str:
         """What the line below the picture says of the place under the cursor."""
-        return self._status.text()
+        return self.readout.line.text()
+
+    def sight(self) -> Sight | None:
+        """How the document has it that this view looks at the world; None where that is not known."""
+        return self.interactor.sight() if self.interactor is not None else None
+
+    def _paint(self, painter: QPainter) -> None:
+        for tool in reversed(self.tools):
+            painter.save()
+            tool.paint(painter)
+            painter.restore()
 
     # -- events ---------------------------------------------------------------------------------------------------
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self.setFocus(Qt.FocusReason.MouseFocusReason)
-        if self.interactor is not None and self.area.geometry().contains(event.position().toPoint()):
-            self.interactor.press(self._inside(event))
+        if not self.area.geometry().contains(event.position().toPoint()):
+            return
+        inside = mouse_inside(event, self, self.area)
+        if self._taker is not None:
+            self._taker.press(inside)
+            return
+        self._taker = next((tool for tool in self.tools if not self._dragged() and tool.press(inside)), None)
+        if self._taker is None and self.interactor is not None:
+            self.interactor.press(inside)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        if self.interactor is not None:
-            self.interactor.move(self._inside(event))
+        inside = mouse_inside(event, self, self.area)
+        if self._taker is not None:
+            self._taker.move(inside)
+        elif (self._dragged() or not any(tool.move(inside) for tool in self.tools)) and self.interactor is not None:
+            self.interactor.move(inside)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        if self.interactor is not None:
-            self.interactor.release(self._inside(event))
-            self._find_subject()
+        inside = mouse_inside(event, self, self.area)
+        if self._taker is not None:
+            self._taker.release(inside)
+            if not event.buttons():
+                self._taker = None
+        elif self.interactor is not None:
+            self.interactor.release(inside)
+        self._find_subject()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        place = self._inside(event).position()
+        inside = mouse_inside(event, self, self.area)
+        if any(tool.double_click(inside) for tool in self.tools):
+            return
+        place = inside.position()
         if self.interactor is not None and event.button() == Qt.MouseButton.LeftButton:
             self.interactor.double_click((place.x(), place.y()))
 
+    def _dragged(self) -> bool:
+        """Whether the camera or the plane follows the mouse right now."""
+        return self.interactor is not None and self.interactor.dragging
+
     def wheelEvent(self, event: QWheelEvent) -> None:
         if self.interactor is not None:
-            place = self.area.mapFrom(self, event.position())
-            inside = QWheelEvent(
-                place,
-                event.globalPosition(),
-                event.pixelDelta(),
-                event.angleDelta(),
-                event.buttons(),
-                event.modifiers(),
-                event.phase(),
-                event.inverted(),
-            )
-            self.interactor.wheel(inside)
+            inside = wheel_inside(event, self, self.area)
+            if self._dragged() or not any(tool.wheel(inside) for tool in self.tools):
+                self.interactor.wheel(inside)
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         key, control = Qt.Key(event.key()), event.modifiers() & Qt.KeyboardModifier.ControlModifier
         if key == Qt.Key.Key_F11:
             self.toggle_full_screen()
+        elif not self._dragged() and any(tool.key(event) for tool in self.tools):
+            pass
         elif key == Qt.Key.Key_Escape and self.interactor is not None and self.interactor.cancel():
             pass
         elif key == Qt.Key.Key_Escape and self.window().isFullScreen():
             self.toggle_full_screen()
         elif key == Qt.Key.Key_S and control and event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
             self.open_screenshot()
+        elif key == Qt.Key.Key_C and control and self.readout.copy():
+            pass
         elif self.interactor is None or self.interactor.dragging or not self.interactor.key(event):
             super().keyPressEvent(event)
 
-    def _inside(self, event: QMouseEvent) -> QMouseEvent:
-        """The event with its place in the picture area."""
-        return QMouseEvent(
-            event.type(),
-            self.area.mapFrom(self, event.position()),
-            event.globalPosition(),
-            event.button(),
-            event.buttons(),
-            event.modifiers(),
-        )
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        if not any(tool.key_up(event) for tool in self.tools):
+            super().keyReleaseEvent(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         self._settle.start()
@@ -368,22 +385,6 @@ class ViewWidget(QWidget):
 
     def hideEvent(self, event: QEvent) -> None:
         self._settle.stop()
-        if self.interactor is not None:
-            self.interactor.end()
+        for part in self._parts():
+            part.end()
         self.session.unwatch(self._channel)
-
-
-class ViewDock(QDockWidget):
-    """A view as a dock; its name is the node's, and it closes with the node."""
-
-    def __init__(self, session: Session, node_path: str, parent: QWidget | None = None) -> None:
-        super().__init__(node_path, parent)
-        self.setObjectName(f"view {node_path}")
-        self.view = ViewWidget(session, node_path, self)
-        self.setWidget(self.view)
-        self.view.gone.connect(self.close)
-        session.changed.connect(self._name)
-
-    def _name(self) -> None:
-        if self.view.alive:
-            self.setWindowTitle(self.view.path)

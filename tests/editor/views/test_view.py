@@ -11,11 +11,14 @@ from PySide6.QtWidgets import QApplication
 
 from nodegraph import formats
 from nodegraph.commands import Mute, Remove, Rename, Set
-from nodegraph.data import Image, Plane
+from nodegraph.data import Image, Plane, Volume
 from nodegraph.editor.views import navigation as nav
+from nodegraph.editor.views.dock import ViewDock
+from nodegraph.editor.views.pick import Pick, value_at
 from nodegraph.editor.views.screenshot import Screenshot, ScreenshotDialog
 from nodegraph.editor.views.shown import VIEWPORT, channels_of, linear, shown
-from nodegraph.editor.views.view import ViewDock, ViewWidget
+from nodegraph.editor.views.tools import Tool
+from nodegraph.editor.views.view import ViewWidget
 from nodegraph.formats import png, srgb
 
 LEFT, MIDDLE, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton
@@ -392,3 +395,65 @@ def test_the_dialog_keeps_proportions_and_completes_the_name(qtbot, session, unt
     dialog.accept()
     until(lambda: (tmp_path / "mine.png").exists())
     assert formats.read(tmp_path / "mine.png").size == (50, 25)
+
+
+# -- tools ------------------------------------------------------------------------------------------------------------
+
+
+class Stamp(Tool):
+    """Takes the left button and draws where it was pressed."""
+
+    def __init__(self, view: ViewWidget) -> None:
+        super().__init__(view)
+        self.heard: list[str] = []
+
+    def press(self, event) -> bool:
+        self.heard.append(f"press {event.position().x():.0f} {event.position().y():.0f}")
+        return event.button() == LEFT
+
+    def move(self, event) -> bool:
+        self.heard.append("move")
+        return True
+
+    def release(self, event) -> bool:
+        self.heard.append("release")
+        return True
+
+    def paint(self, painter) -> None:
+        painter.fillRect(0, 0, 20, 20, QColor("#ff0000"))
+
+
+def test_a_tool_has_the_mouse_before_the_camera_and_draws_over_the_picture(view, session) -> None:
+    stamp, camera = Stamp(view), session.network.get("camera")
+    view.tools.append(stamp)
+    drag(view, (80, 60), (120, 90))
+    assert stamp.heard == ["press 80 60", "move", "move", "move", "release"]
+    assert session.network.get("camera") == camera
+    drag(view, (80, 60), (120, 90), MIDDLE)  # what it does not take goes on to the camera
+    assert session.network.get("camera") != camera
+    assert view.grab().toImage().pixelColor(view.area.mapTo(view, QPoint(10, 10))).name() == "#ff0000"
+
+
+def test_the_line_below_is_copied(view, session) -> None:
+    width, height = size_of(view)
+    move(view, QPointF(width * 0.75, height * 0.5))
+    QTest.keyClick(view, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    assert QApplication.clipboard().text() == view.status != ""
+
+
+def test_a_view_in_depth_tells_the_value_of_the_voxel_that_is_seen(view, session, until) -> None:
+    session.do(Set("view.camera", session.network.get("camera").with_(eye=(3, -90, 6), target=(3, 10, 6))))
+    until(lambda: view.shown.image.depth[0, -1] == pytest.approx(100.0))
+    width, height = size_of(view)
+    move(view, QPointF(width * 0.5 + 2, height * 0.5))
+    until(lambda: "value" in view.status)
+    found = view.pick_at((width * 0.5 + 2, height * 0.5))
+    index = np.floor(found.world / [1.0, 2.0, 3.0] + 0.5)
+    assert found.read() == index @ [1, 100, 10000]
+
+
+def test_values_are_real_ones_in_their_unit() -> None:
+    volume = Volume(np.arange(8, dtype=np.int16).reshape(2, 2, 2), np.eye(4), (2.0, -1000.0, "HU"))
+    assert value_at(volume, np.array([1.4, 0.0, 1.0])) == 5 * 2 - 1000
+    assert value_at(volume, np.array([1.6, 0.0, 1.0])) is None
+    assert Pick((1, 2), (0.0, 0.0, 0.0, 1.0), unit="HU").text(-990.0).endswith("value -990 HU")
