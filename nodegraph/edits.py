@@ -6,11 +6,12 @@ at which place, so undoing restores the document exactly, order included, and co
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from nodegraph.history import History
     from nodegraph.network import Network, Node
 
 MISSING: Any = object()
@@ -30,7 +31,7 @@ class _Entry:
     def write(self, value: Any) -> None:
         mapping, key = self.mapping, self.key
         if value is MISSING:
-            del mapping[key]
+            mapping.pop(key, None)  # a reloaded processor may have let go of it
         elif key in mapping or self.place >= len(mapping):
             mapping[key] = value
         else:
@@ -134,6 +135,14 @@ class Edits:
         self._touched.update(later._touched)
         self._structure |= later._structure
         return True
+
+
+def entries_of(history: History) -> Iterator[_Entry]:
+    """Every entry of a dict that the steps of a history write when they are undone or redone."""
+    for command in history.commands():
+        for change in command._edits._changes if command._edits is not None else ():
+            if isinstance(change, _Entry):
+                yield change
 
 
 def _same_entry(a: _Entry | _Attribute, b: _Entry | _Attribute) -> bool:

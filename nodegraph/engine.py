@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from nodegraph.disk_cache import DiskCache
     from nodegraph.flat import Flat
     from nodegraph.network import Network
+    from nodegraph.shaders import Source
 
 T = TypeVar("T")
 
@@ -215,6 +216,10 @@ class Engine:
     def retry(self) -> None:
         """Forget which nodes failed, so that they are tried again although nothing they depend on has changed."""
         self.cache.forget_failures()
+
+    def try_kernel(self, old: Source, new: Source) -> None:
+        """Compile a changed kernel on every open device as its old text has run there. Raises ShaderError."""
+        self.call(lambda: [device.try_text(old, new) for device in getattr(self._devices, "opened", ())])
 
     @property
     def disk(self) -> DiskCache | None:

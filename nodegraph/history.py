@@ -124,6 +124,11 @@ class History:
         self._undone.clear()
         self._saved = None
 
+    def commands(self) -> Iterator[Command]:
+        """Every command that some step holds, whether it is done or undone now."""
+        for step in (*self._done, *self._undone, *([self._gesture] if self._gesture is not None else [])):
+            yield from step.commands
+
     def _take(self, steps: list[Step], what: str) -> Step:
         if self._gesture is not None:
             raise CommandError(f"{what}: the gesture {self._gesture.name!r} has not ended")

@@ -11,7 +11,7 @@ import functools
 import os
 import re
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -134,21 +134,23 @@ class Registry:
 
     # -- changing ---------------------------------------------------------------------------------------------------
 
-    def reload(self, id: str) -> type[Processor]:
+    def reload(self, id: str, check: Callable[[type[Processor]], object] | None = None) -> type[Processor]:
         """Load a file anew, for an author who has just changed it, and return its class.
 
-        When the new text fails the old class stays in use and the error is raised: UnknownProcessor with the reason.
+        When the new text fails, or ``check`` raises for the new class, the old class stays in use and the error is
+        raised: UnknownProcessor with the reason, or what ``check`` raised.
         """
         entry = self.entry(id)
+        trial = Entry(id, entry.path, entry.folder)
+        processor = self._load(trial, fresh=True)
+        if processor is None:
+            if entry.processor is None:
+                entry.reason = trial.reason
+            raise UnknownProcessor(id, reason=trial.reason)
+        if check is not None:
+            check(processor)
         with entry.lock:
-            before = entry.processor
-            entry.processor, entry.reason = None, ""
-            processor = self._load(entry, fresh=True)
-            if processor is None:
-                reason = entry.reason
-                if before is not None:
-                    entry.processor, entry.reason = before, ""
-                raise UnknownProcessor(id, reason=reason)
+            entry.processor, entry.reason = processor, ""
         with self._lock:
             self._former = None
         return processor

@@ -39,6 +39,16 @@ def read(
     return _Reader(folder, file, find).workspace(document)
 
 
+def decoded(node: Node, cls: type[Processor], params: dict[str, Any], version: int | None) -> Node:
+    """A node of a processor with these parameters, given as JSON: beside the document, and like ``node`` otherwise.
+
+    What the processor does not know or accept is a `Kept`.
+    """
+    made = Node(node.id, node.type, version=None if version is None else min(version, cls.version), parent=node.parent)
+    _Reader(None, "", None).bind(made, cls, params, "")
+    return made
+
+
 def following(keys: dict[str, Any], known: tuple[str, ...]) -> Extra:
     """The unknown ones of an object's keys, each with the key that it follows."""
     extra: Extra = {}
@@ -220,6 +230,10 @@ class _Reader:
         except UnknownProcessor as error:
             self.unavailable(node, params, error)
             return
+        self.bind(node, cls, params, at)
+
+    def bind(self, node: Node, cls: type[Processor], params: dict[str, Any], at: str) -> None:
+        """Let a node be of a processor, with its parameters as JSON."""
         version = cls.version if node.version is None else node.version
         if version > cls.version:
             raise self.error(

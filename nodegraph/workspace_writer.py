@@ -44,8 +44,7 @@ def node_keys(node: Node, folder: str | None) -> dict[str, Any]:
     ports = [*(cls.inputs if cls else node.expose.inputs), *(cls.params if cls else node.expose.params)]
     if node.params:
         known: Mapping[str, Parameter] = cls.params if cls is not None else {}
-        written = {name: _param(known.get(name), value, folder) for name, value in node.params.items()}
-        keys["params"] = in_order(written, known)
+        keys["params"] = in_order(encoded(node, node.params, folder), known)
     if node.links:
         keys["links"] = in_order(node.links, ports)
     if node.inputs:
@@ -68,6 +67,12 @@ def node_keys(node: Node, folder: str | None) -> dict[str, Any]:
     if face:
         keys["expose"] = face
     return weave(keys, GROUP_KEYS, node.extra)
+
+
+def encoded(node: Node, values: Mapping[str, Any], folder: str | None = None) -> dict[str, Any]:
+    """Values of a node's parameters as JSON, by name."""
+    known: Mapping[str, Parameter] = node.processor.params if node.processor is not None else {}
+    return {name: _param(known.get(name), value, folder) for name, value in values.items()}
 
 
 def variables(level: Network, folder: str | None, names: Iterable[str] | None = None) -> dict[str, Any]:

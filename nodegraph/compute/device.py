@@ -78,7 +78,7 @@ class Device(ABC):
         self._sources: dict[str, tuple[shaders.Source, tuple[Any, ...]]] = {}
         self._modules: dict[tuple[Any, ...], Module] = {}
         self._programs: dict[str, Program] = {}
-        self._variants: dict[tuple[Any, ...], Program] = {}
+        self._variants: dict[tuple[Any, ...], tuple[Program, dict[str, tuple[Storage, ...]]]] = {}
 
     # What a processor calls.
 
@@ -132,10 +132,10 @@ class Device(ABC):
         placements = self._place(module, bindings, label)
         storages = {name: tuple(p.storage for _, p in items) for name, items in placements.items()}
         variant = (key, tuple((name, tuple(s.variant for s in items)) for name, items in storages.items()))
-        program = self._variants.get(variant)
         known = len(self._programs)
-        if program is None:
-            program = self._variants[variant] = self._program(source, module, storages)
+        if variant not in self._variants:
+            self._variants[variant] = self._program(source, module, storages), storages
+        program = self._variants[variant][0]
         values = leaf_values(module, program.layout, bindings, label, self.real)
 
         held: list[Entry] = []
@@ -237,6 +237,20 @@ class Device(ABC):
     def compile(self, source: shaders.Source, defines: Defines) -> Module:
         """Check a kernel for one set of defines."""
         return language.compile(source, dict(defines))
+
+    def try_text(self, old: shaders.Source, new: shaders.Source) -> None:
+        """Compile a changed kernel for every set of defines and storages that its old text has run with.
+
+        Raises ShaderError for what the language or the driver refuses; what compiles is kept for the runs to come.
+        """
+        self.require_thread()
+        for digest, file, defines in [key for key in self._modules if key[:2] == (old.digest, old.files[0])]:
+            module = self.compile(new, {name: value for name, _, value in defines})
+            self._modules[new.digest, new.files[0], defines] = module
+            read = {declaration.name for declaration in module.fields if declaration.used}
+            for (key, _), (_, storages) in list(self._variants.items()):
+                if key == (digest, file, defines) and read == storages.keys():
+                    self._program(new, module, storages)
 
     # The parts of run().
 

@@ -101,6 +101,13 @@ class Messages(QWidget):
         self.list.clear()
         self._sum_up()
 
+    def forget(self, place: str) -> None:
+        """Take away what is said about a place that is no node: a file, or a line of one."""
+        for row in reversed(range(self.list.count())):
+            if self.list.item(row).data(_MESSAGE).path == place:
+                self.list.takeItem(row)
+        self._sum_up()
+
     def messages(self) -> list[Message]:
         """What is shown, oldest first."""
         return [self.list.item(row).data(_MESSAGE) for row in range(self.list.count())]

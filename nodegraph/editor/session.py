@@ -26,6 +26,7 @@ from nodegraph.editor.states import States
 from nodegraph.engine import Engine
 from nodegraph.errors import Cancelled, GraphError, one_sentence
 from nodegraph.network import Network, Node
+from nodegraph.rebinding import Rebind
 from nodegraph.report import Event, Report, State
 
 if TYPE_CHECKING:
@@ -267,6 +268,16 @@ class Session(QObject):
         """Try again what failed, although nothing it depends on has changed."""
         self.engine.retry()
         self._soon.start()
+
+    def rebind(self) -> list[str]:
+        """Give every node the processor that its type finds now, and ask the views anew. Returns what was lost."""
+        command = Rebind()
+        command.apply(self.network)
+        self.engine.retry()
+        if command.structural:
+            self._on_change([command])
+        self._soon.start()
+        return command.told
 
     def picture(self, value: Any, callback: Callable[[QImage | None], object], size: tuple[int, int] | None) -> None:
         """Make a small picture of any value of a port off this thread and call back with it, or with None."""

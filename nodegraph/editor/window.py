@@ -35,6 +35,7 @@ from nodegraph.editor.palette import Palette
 from nodegraph.editor.parameters import ParameterPanel
 from nodegraph.editor.profile import Profile
 from nodegraph.editor.recovery import Autosave, Lost
+from nodegraph.editor.reloading import Reloader
 from nodegraph.editor.session import Session
 from nodegraph.editor.settings import Settings
 from nodegraph.editor.status import Banner, Status
@@ -64,6 +65,7 @@ class Window(QMainWindow):
         self.session = session if session is not None else Session()
         self.settings = settings if settings is not None else Settings()
         self.autosave = Autosave(self.session)
+        self.reloader = Reloader(self.session)
         self.submenus: dict[str, QMenu] = {}
         self.docks: dict[str, QDockWidget] = {}
         self.views: list[ViewDock] = []
@@ -332,6 +334,8 @@ class Window(QMainWindow):
         self.palette_panel.chosen.connect(self.add_processor)
         self.palette_panel.highlighted.connect(self.help.show_processor)
         self.messages.counted.connect(self._count_errors)
+        self.reloader.looked.connect(lambda _outcomes: self.palette_panel.refresh())
+        self.reloader.mended.connect(self.messages.forget)
         self.welcome.wants_new.connect(self.new)
         self.welcome.wants_dialog.connect(self.open_dialog)
         self.welcome.wants_file.connect(self.open_file)
@@ -413,6 +417,7 @@ class Window(QMainWindow):
             return
         self.settings.set("geometry", base64.b64encode(self.saveGeometry().data()).decode())
         self.autosave.close()
+        self.reloader.close()
         for dock in self.views:
             dock.close()
         self.session.close()
