@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
-from nodegraph import expressions, links
+from nodegraph import bends, expressions, links
 from nodegraph.edits import Edits
 from nodegraph.errors import CommandError, ParameterError
 from nodegraph.network import Kept, Network, Node
@@ -36,7 +36,8 @@ def put_value(edits: Edits, node: Node, param: str, declared: Parameter, value: 
 
 
 def put_wires(edits: Edits, node: Node, name: str, wires: Sequence[str]) -> None:
-    """Write the wires of one input; none removes the entry."""
+    """Write the wires of one input; none removes the entry. The bends of a wire go with it."""
+    bends.follow(edits, node, name, lambda source: source if source in wires else None)
     if wires:
         edits.put(node.inputs, name, tuple(wires))
     elif name in node.inputs:
@@ -50,6 +51,7 @@ def swap_sources(edits: Edits, level: Network, new: Callable[[str], str | None])
         for name, wires in list(node.inputs.items()):
             swapped = tuple(text for text in map(new, wires) if text is not None)
             if swapped != wires:
+                bends.follow(edits, node, name, new)
                 put_wires(edits, node, name, swapped)
 
 

@@ -8,9 +8,10 @@ another value, the newcomer is called ``camera_2``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import Any
 
-from nodegraph import json_text, links
+from nodegraph import bends, json_text, links
 from nodegraph.changes import level_at, rename_uses, with_id, with_inside
 from nodegraph.commands import Command
 from nodegraph.edits import Edits
@@ -83,6 +84,7 @@ class Paste(Command):
         for node in moved:
             node.parent = level
             node.id = ids[node.id]
+            node.ui = bends.renamed(node.ui, partial(_bent_source, node.inputs, ids))
             node.inputs = {name: tuple(with_id(text, ids) for text in wires) for name, wires in node.inputs.items()}
         for node in moved:
             edits.put(level.nodes, node.id, node)
@@ -105,6 +107,11 @@ class Paste(Command):
             settled[name] = new
             rename_uses(Edits(came), (came, name), new)
             edits.put(level.root.variables, new, variable)
+
+
+def _bent_source(inputs: Mapping[str, tuple[str, ...]], ids: Mapping[str, str], name: str, source: str) -> str | None:
+    """The new source of a wire that bends; None where the wire was not copied."""
+    return with_id(source, ids) if source in inputs.get(name, ()) else None
 
 
 def _alike(came: Network, name: str, there: links.Scoped, settled: Mapping[str, str]) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Literal
 
-from nodegraph import links
+from nodegraph import bends, links
 from nodegraph.changes import hide_face, level_at, put_wires, reap, rename_uses, swap_faces, swap_sources, with_id
 from nodegraph.commands import Command
 from nodegraph.edits import Edits
@@ -159,6 +159,7 @@ class Ungroup(Command):
         for i, node in enumerate(moved):
             edits.put(level.nodes, node.id, node, place + i)
             for name, wires in list(node.inputs.items()):
+                bends.follow(edits, node, name, lambda text: with_id(text, ids))
                 edits.put(node.inputs, name, tuple(with_id(text, ids) for text in wires))
         for table in (group.expose.inputs, group.expose.params):
             for face, ports in table.items():

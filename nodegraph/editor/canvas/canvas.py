@@ -119,6 +119,17 @@ class CanvasView(QWidget):
     def mute(self) -> None:
         self.edits.mute()
 
+    def bend(self) -> None:
+        """Let the selected wires bend below the mouse, or in their middle where it is elsewhere."""
+        at = self.view.cursor_point()
+        for item in [item for item in self.scene.wires.values() if item.chosen]:
+            near = item.touches(QRectF(at.x() - 8, at.y() - 8, 16, 16))
+            self.edits.add_bend(item.wire, at if near else item.path().pointAtPercent(0.5))
+
+    def straighten(self) -> None:
+        """Take the bends out of the selected wires, and out of those of which a bend is selected."""
+        self.edits.straighten({*self.scene.chosen_wires(), *(dot.item.wire for dot in self.scene.chosen_dots())})
+
     def group(self) -> None:
         self.edits.group()
 

@@ -12,9 +12,10 @@ from PySide6.QtGui import QPen
 from PySide6.QtWidgets import QGraphicsPathItem
 
 from nodegraph.editor.canvas.faces import Wire, fitting_inputs, fitting_parameters, legal_sources, legal_targets
-from nodegraph.editor.canvas.items import BoxItem, WireItem, rect_json
+from nodegraph.editor.canvas.items import BoxItem, rect_json
 from nodegraph.editor.canvas.look import GRID, wire_path
 from nodegraph.editor.canvas.node_item import NodeItem
+from nodegraph.editor.canvas.wires import WireItem
 
 if TYPE_CHECKING:
     from nodegraph.editor.canvas.view import GraphView
@@ -42,7 +43,12 @@ class Drag:
 
 
 class MoveDrag(Drag):
-    """Moves nodes, frames with what is in them, and notes. One node over a wire is inserted there."""
+    """Moves nodes, bends of wires, frames with what is in them, and notes. One node over a wire is inserted there.
+
+    A wire whose two ends move takes its bends along.
+    """
+
+    name = "move"
 
     def __init__(self, view: GraphView, start: QPointF) -> None:
         super().__init__(view, start)
@@ -52,6 +58,13 @@ class MoveDrag(Drag):
         for key in list(self.boxes):
             if key[0] == "frames":
                 self._take_along(self.boxes[key])
+        # By wire: where all its bends were, and which of them move.
+        self.bends: dict[WireItem, tuple[list[QPointF], set[int]]] = {}
+        for item in scene.wiring.between(set(self.nodes)):
+            if item.dots:
+                self.bends[item] = (item.bends, set(range(len(item.dots))))
+        for dot in scene.chosen_dots():
+            self.bends.setdefault(dot.item, (dot.item.bends, set()))[1].add(dot.place)
         self.moved = False
         self.over: WireItem | None = None
 
@@ -76,15 +89,15 @@ class MoveDrag(Drag):
         for key, rect in self.boxes.items():
             if key in self.scene.boxes:
                 self.scene.boxes[key].show_rect(rect.translated(away))
-        self.scene.lead_wires(*self.nodes)
-        self._mark(point)
+        for item, (places, moving) in self.bends.items():
+            shifted = [_snapped(place + away) if snap else place + away for place in places]
+            item.show_bends([shifted[i] if i in moving else place for i, place in enumerate(places)])
+        self.scene.wiring.lead(*self.nodes)
+        self._mark()
 
-    def _mark(self, point: QPointF) -> None:
+    def _mark(self) -> None:
         """Mark the wire that the node would be inserted into."""
-        over = None
-        if len(self.nodes) == 1 and not self.boxes:
-            (id,) = self.nodes
-            over = self.view.wire_for(id)
+        over = self.wire_below()
         if over is not self.over:
             for item, marked in ((self.over, False), (over, True)):
                 if item is not None:
@@ -92,21 +105,39 @@ class MoveDrag(Drag):
                     item.dress()
             self.over = over
 
+    def wire_below(self) -> WireItem | None:
+        """The wire that a single node fits into where it is now."""
+        return self.view.wire_for(next(iter(self.nodes))) if len(self.nodes) == 1 and not self.boxes else None
+
     def drop(self, point: QPointF, modifiers: Qt.KeyboardModifier) -> None:
         self.move(point, modifiers)
         if not self.moved:
             return
-        edits = self.view.edits
         into = self.over.wire if self.over is not None else None
         self._unmark()
-        with edits.session.gesture("move"):
-            places = {id: self.scene.nodes[id].pos() for id in self.nodes if id in self.scene.nodes}
-            edits.place({id: (place.x(), place.y()) for id, place in places.items()})
-            rects = {key: self.scene.boxes[key].rect_in_scene() for key in self.boxes if key in self.scene.boxes}
-            for (kind, key), rect in rects.items():
-                edits.change_box(kind, key, rect=rect_json(rect))
+        # An edit may lead the wires anew from the document, so everything is read from the picture first.
+        places = {id: self.scene.nodes[id].pos() for id in self.nodes if id in self.scene.nodes}
+        rects = {key: self.scene.boxes[key].rect_in_scene() for key in self.boxes if key in self.scene.boxes}
+        bends = {item.wire: item.bends for item in self.bends}
+        with self.view.edits.session.gesture(self.name):
+            self.write(places, rects, bends)
             if into is not None:
-                edits.insert(next(iter(self.nodes)), into)
+                self.view.edits.insert(next(iter(self.nodes)), into)
+
+    def write(
+        self,
+        places: dict[str, QPointF],
+        rects: dict[tuple[str, str], QRectF],
+        bends: dict[Wire, list[QPointF]],
+    ) -> None:
+        """Write into the document where everything is now."""
+        edits = self.view.edits
+        if places:
+            edits.place({id: (place.x(), place.y()) for id, place in places.items()})
+        for (kind, key), rect in rects.items():
+            edits.change_box(kind, key, rect=rect_json(rect))
+        for wire, points in bends.items():
+            edits.bend(wire, points)
 
     def _unmark(self) -> None:
         if self.over is not None:
@@ -117,6 +148,56 @@ class MoveDrag(Drag):
     def cancel(self) -> None:
         self._unmark()
         self.scene.place_again()
+
+
+class PullDrag(MoveDrag):
+    """Takes a node out of its wires while it is moved away: its readers then read what it would hand on muted."""
+
+    name = "pull out"
+
+    def __init__(self, view: GraphView, start: QPointF, id: str) -> None:
+        super().__init__(view, start)
+        self.id = id
+
+    def move(self, point: QPointF, modifiers: Qt.KeyboardModifier) -> None:
+        super().move(point, modifiers)
+        self._fade(self.moved)
+
+    def wire_below(self) -> WireItem | None:
+        return self.view.wire_for(self.id, pulled=True)
+
+    def write(
+        self,
+        places: dict[str, QPointF],
+        rects: dict[tuple[str, str], QRectF],
+        bends: dict[Wire, list[QPointF]],
+    ) -> None:
+        self._fade(False)
+        super().write(places, rects, {})
+        self.view.edits.pull_out(self.id)
+
+    def cancel(self) -> None:
+        self._fade(False)
+        super().cancel()
+
+    def _fade(self, faded: bool) -> None:
+        for (wire, _), item in self.scene.wires.items():
+            if self.id in (wire[1], wire[0].rpartition(".")[0]) and item.faded != faded:
+                item.faded = faded
+                item.dress()
+
+
+class BendDrag(MoveDrag):
+    """Adds a bend to a wire where it is pressed and drags it; it is there even if the mouse does not move."""
+
+    name = "bend"
+
+    def __init__(self, view: GraphView, start: QPointF, item: WireItem) -> None:
+        piece = item.piece_at(start)
+        item.show_bends([*item.bends[:piece], start, *item.bends[piece:]])
+        view.canvas_scene.choose([item.dots[piece]])
+        super().__init__(view, start)
+        self.moved = True
 
 
 class ResizeDrag(Drag):

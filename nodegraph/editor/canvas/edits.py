@@ -4,50 +4,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from PySide6.QtCore import QPointF, QRectF
 
 from nodegraph import clipboard
 from nodegraph.commands import Add, Connect, Disconnect, Mute, Remove, Rename, SetUI
-from nodegraph.editor.canvas.faces import Wire, fitting_inputs, fitting_output, inputs_of, output_port
-from nodegraph.editor.canvas.items import rect_json
+from nodegraph.editor.canvas.box_edits import BoxEdits
 from nodegraph.editor.canvas.layout import layered
-from nodegraph.errors import GraphError
+from nodegraph.editor.canvas.level_edits import Refused
+from nodegraph.editor.canvas.wire_edits import WireEdits
 from nodegraph.group_commands import Group, Ungroup
-from nodegraph.network import Network, Node, unique
-from nodegraph.ports import connects
-from nodegraph.wires import is_many, pass_through
-
-if TYPE_CHECKING:
-    from nodegraph.editor.canvas.scene import CanvasScene
-    from nodegraph.editor.session import Session
+from nodegraph.network import Node
+from nodegraph.wires import is_many
 
 STEP = 30.0
 """How far a copy stands from what it was copied from."""
 
 
-class Refused(Exception):
-    """A command of a gesture was refused; the gesture is taken back. The session has told why."""
-
-
-class CanvasEdits:
+class CanvasEdits(WireEdits, BoxEdits):
     """Edits of the level that a scene shows."""
-
-    def __init__(self, scene: CanvasScene) -> None:
-        self.scene = scene
-
-    @property
-    def session(self) -> Session:
-        return self.scene.session
-
-    @property
-    def level(self) -> Network:
-        return self.scene.level
-
-    def _must(self, command: Any) -> None:
-        if not self.session.do(command):
-            raise Refused
 
     # -- places -------------------------------------------------------------------------------------------------
 
@@ -58,6 +34,13 @@ class CanvasEdits:
             for id, (x, y) in {**unplaced, **places}.items():
                 if id in self.level.nodes:
                     self.session.do(SetUI(self.scene.path_of(id), "position", [round(x), round(y)]))
+
+    def shift(self, ids: Iterable[str], away: QPointF, name: str = "move") -> None:
+        """Move nodes, and the bends of the wires between them."""
+        chosen = list(ids)
+        with self.session.gesture(name):
+            self.place({id: _xy(self.scene.nodes[id].pos() + away) for id in chosen}, name)
+            self.shift_bends(chosen, away)
 
     def layout(self, ids: Iterable[str] = ()) -> None:
         """Draw these nodes, or all of the level, in layers. Chosen ones keep the corner of their surroundings."""
@@ -70,7 +53,11 @@ class CanvasEdits:
         if chosen:
             corner = self._corner(chosen)
             places = {id: (x + corner.x(), y + corner.y()) for id, (x, y) in places.items()}
-        self.place(places, "auto-layout")
+        with self.session.gesture("auto-layout"):
+            self.place(places, "auto-layout")
+            for item in self.scene.wiring.between(set(places)):
+                if item.dots:
+                    self.bend(item.wire, [])  # it has room of its own now
 
     def _corner(self, ids: Iterable[str]) -> QPointF:
         area = QRectF()
@@ -116,11 +103,13 @@ class CanvasEdits:
         return command.path.removeprefix(self.level.prefix)
 
     def delete(self) -> None:
-        """Remove what is selected: nodes, wires, frames and notes."""
+        """Remove what is selected: nodes, wires, bends, frames and notes."""
         nodes, wires, boxes = self.scene.chosen(), self.scene.chosen_wires(), self.scene.chosen_boxes()
-        if not (nodes or wires or boxes):
+        dots = self.scene.chosen_dots()
+        if not (nodes or wires or boxes or dots):
             return
         with self.session.gesture("delete"):
+            self.remove_bends(dots)
             for source, target, name in wires:
                 if target not in nodes and source in self.level.nodes[target].inputs.get(name, ()):
                     self.session.do(Disconnect(self._port(target, name), source))
@@ -168,7 +157,7 @@ class CanvasEdits:
         command = clipboard.Paste(text, group=self.level.prefix.rstrip("/"))
         try:
             with self.session.gesture("paste"):
-                self._must(command)
+                self.must(command)
                 self.scene.sync()
                 ids = [path.removeprefix(self.level.prefix) for path in command.paths]
                 self._shift(ids, at)
@@ -183,7 +172,7 @@ class CanvasEdits:
             area = area.united(self.scene.nodes[id].body_in_scene())
         away = QPointF(STEP, STEP) if at is None else at - area.center()
         away = QPointF(round(away.x()), round(away.y()))  # together, or the nodes would shift against each other
-        self.place({id: _xy(self.scene.nodes[id].pos() + away) for id in ids}, "paste")
+        self.shift(ids, away, "paste")
 
     def duplicate(self) -> list[str]:
         """Copy the selected nodes with the wires into them and the variables that they follow."""
@@ -194,7 +183,7 @@ class CanvasEdits:
         try:
             with self.session.gesture("duplicate"):
                 command = clipboard.Paste(text, group=self.level.prefix.rstrip("/"))
-                self._must(command)
+                self.must(command)
                 self.scene.sync()
                 ids = [path.removeprefix(self.level.prefix) for path in command.paths]
                 # Paste keeps the order of the document, and so does `chosen`.
@@ -226,7 +215,7 @@ class CanvasEdits:
         try:
             with self.session.gesture("group"):
                 self.place({id: _xy(self.scene.nodes[id].pos()) for id in chosen}, "group")
-                self._must(command)
+                self.must(command)
                 id = command.path.removeprefix(self.level.prefix)
                 self.scene.sync()
                 width, height = self.scene.nodes[id].size
@@ -246,7 +235,7 @@ class CanvasEdits:
                 for id in groups:
                     middle = self.scene.nodes[id].body_in_scene().center()
                     command = Ungroup(self.scene.path_of(id))
-                    self._must(command)
+                    self.must(command)
                     self.scene.sync()
                     ids = [path.removeprefix(self.level.prefix) for path in command.paths]
                     if ids:
@@ -258,142 +247,6 @@ class CanvasEdits:
         if paths:
             self.session.select(*paths)
         return [path.removeprefix(self.level.prefix) for path in paths]
-
-    # -- wires --------------------------------------------------------------------------------------------------
-
-    def _port(self, id: str, name: str) -> str:
-        return f"{self.scene.path_of(id)}.{name}"
-
-    def _source(self, source: str) -> str:
-        return self.level.prefix + source
-
-    def connect(self, source: str, target: str, name: str) -> bool:
-        """Wire ``node.output`` to an input; a single input gives up the wire that it has."""
-        node = self.level.nodes[target]
-        replace = not is_many(node, name)
-        if not replace and source in node.inputs.get(name, ()):
-            return True
-        done = self.session.do(Connect(self._source(source), self._port(target, name), replace=replace))
-        self.scene.flush()
-        return done
-
-    def disconnect(self, wire: Wire) -> bool:
-        """Take one wire out."""
-        source, target, name = wire
-        done = self.session.do(Disconnect(self._port(target, name), source))
-        self.scene.flush()
-        return done
-
-    def can_insert(self, id: str, wire: Wire) -> tuple[str, str] | None:
-        """The input and output by which a node would go into a wire; None where it does not fit."""
-        source, target, name = wire
-        node = self.level.nodes.get(id)
-        giver, _, output = source.rpartition(".")
-        if node is None or giver not in self.level.nodes or id in (giver, target) or any(node.inputs.values()):
-            return None
-        given = output_port(self.level.nodes[giver], output).type
-        wanted = next((port.type for port in inputs_of(self.level.nodes[target]) if port.name == name), None)
-        if given is None or wanted is None:
-            return None
-        into = next(iter(fitting_inputs(node, given)), None)
-        out = fitting_output(node, lambda type: connects(type, wanted))
-        return (into, out) if into is not None and out is not None else None
-
-    def insert(self, id: str, wire: Wire) -> bool:
-        """Put a node into a wire."""
-        fits = self.can_insert(id, wire)
-        if fits is None:
-            return False
-        source, target, name = wire
-        many = is_many(self.level.nodes[target], name)
-        try:
-            with self.session.gesture("insert"):
-                place = self.level.nodes[target].inputs[name].index(source)
-                self._must(Disconnect(self._port(target, name), source))
-                self._must(Connect(self._source(source), self._port(id, fits[0])))
-                end = f"{self._port(id, fits[1])}"
-                self._must(Connect(end, self._port(target, name), place=place if many else None))
-        except Refused:
-            return False
-        self.scene.flush()
-        return True
-
-    def pull_out(self, id: str) -> bool:
-        """Take a node out of its wires: its readers read what it would hand on if it were muted."""
-        node = self.level.nodes[id]
-        readers = [
-            (source, other.id, name, place)
-            for other in self.level.nodes.values()
-            for name, sources in other.inputs.items()
-            for place, source in enumerate(sources)
-            if source.rpartition(".")[0] == id
-        ]
-        if not readers and not any(node.inputs.values()):
-            return False
-        try:
-            with self.session.gesture("pull out"):
-                for source, target, name, place in readers:
-                    stand_in = self._stand_in(node, source.rpartition(".")[2])
-                    self._must(Disconnect(self._port(target, name), source))
-                    reader = self.level.nodes[target]
-                    if stand_in is None or stand_in in reader.inputs.get(name, ()):
-                        continue
-                    at = place if is_many(reader, name) else None
-                    self._must(Connect(self._source(stand_in), self._port(target, name), place=at))
-                for name in [name for name, sources in node.inputs.items() if sources]:
-                    self._must(Disconnect(self._port(id, name)))
-        except Refused:
-            return False
-        self.scene.flush()
-        return True
-
-    def _stand_in(self, node: Node, output: str) -> str | None:
-        """What a muted node hands on as an output: the source of an input of the same type."""
-        name = pass_through(node, output)
-        sources = node.inputs.get(name, ()) if name is not None else ()
-        if not sources:
-            return None
-        giver, _, given = sources[0].rpartition(".")
-        return sources[0] if giver in self.level.nodes and self._makes(giver, given) else None
-
-    def _makes(self, id: str, output: str) -> bool:
-        try:
-            return output_port(self.level.nodes[id], output).type is not None
-        except GraphError:
-            return False
-
-    # -- frames and notes ---------------------------------------------------------------------------------------
-
-    def put_box(self, kind: str, key: str, value: dict[str, Any] | None) -> None:
-        """Write one frame or note of the level; None removes it."""
-        stored = self.scene.ui.get(kind)
-        boxes = dict(stored) if isinstance(stored, dict) else {}
-        if value is None:
-            boxes.pop(key, None)
-        else:
-            boxes[key] = value
-        self.session.do(SetUI(self.scene.owner_path, kind, boxes or None))
-
-    def change_box(self, kind: str, key: str, **changes: Any) -> None:
-        """Write some entries of a frame or note."""
-        stored = self.scene.ui.get(kind, {}).get(key)
-        if isinstance(stored, dict):
-            self.put_box(kind, key, {**stored, **changes})
-
-    def add_frame(self, title: str = "Frame") -> str:
-        """Draw a frame around what is selected."""
-        area = QRectF()
-        for id in self.scene.chosen():
-            area = area.united(self.scene.nodes[id].body_in_scene())
-        return self.add_box("frames", area.adjusted(-20, -44, 20, 20), title)
-
-    def add_box(self, kind: str, rect: QRectF, text: str) -> str:
-        """Add a frame or a note and return its key."""
-        stored = self.scene.ui.get(kind)
-        key = unique("frame" if kind == "frames" else "note", stored if isinstance(stored, dict) else ())
-        with self.session.gesture("frame" if kind == "frames" else "note"):
-            self.put_box(kind, key, {"text": text, "rect": rect_json(rect)})
-        return key
 
 
 def _xy(point: QPointF) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Wires, frames and notes as they are painted."""
+"""Frames and notes as they are painted."""
 
 from __future__ import annotations
 
@@ -6,56 +6,13 @@ from typing import Any
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
-from PySide6.QtWidgets import QGraphicsItem, QGraphicsPathItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from nodegraph.editor.canvas.faces import Wire
-from nodegraph.editor.canvas.look import RADIUS, Look, font, wire_path
+from nodegraph.editor.canvas.look import RADIUS, Look, font
 
 GRIP = 16.0
 """Side of the corner by which a frame or a note is resized."""
 TITLE = 26.0
-
-
-class WireItem(QGraphicsPathItem):
-    """One wire. ``color`` is that of the output's type; a wire that leads from nowhere is red and dotted.
-
-    Nothing of it is painted in Python, so that a thousand wires are panned smoothly; its own selection, too, since
-    that of Qt would draw a box.
-    """
-
-    def __init__(self, wire: Wire, look: Look) -> None:
-        super().__init__()
-        self.wire = wire
-        self.look = look
-        self.color = "#cccccc"
-        self.broken = False
-        self.muted = False
-        self.faded = False
-        self.chosen = False
-        self.marked = False  # a node would be inserted here
-        self._ends: tuple[QPointF, QPointF] | None = None
-        self.setZValue(5)
-
-    def lead(self, start: QPointF, end: QPointF) -> None:
-        """Run from an output to an input."""
-        if self._ends != (start, end):
-            self._ends = (start, end)
-            self.setPath(wire_path(start, end))
-
-    def dress(self) -> None:
-        """Take the pen that goes with how the wire stands now."""
-        loud = self.chosen or self.marked
-        color = self.look.failed if self.broken else self.look.accent if loud else self.look.wire(self.color)
-        pen = QPen(color, 3.5 if loud else 2.0)
-        pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-        if self.broken:
-            pen.setStyle(Qt.PenStyle.DotLine)
-        elif self.muted:
-            pen.setStyle(Qt.PenStyle.DashLine)
-        if pen != self.pen():
-            self.setPen(pen)
-        if self.opacity() != (0.25 if self.faded else 1.0):
-            self.setOpacity(0.25 if self.faded else 1.0)
 
 
 class BoxItem(QGraphicsItem):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -106,11 +108,30 @@ def dotted(color: QColor, step: float, zoom: float) -> QBrush:
     return brush
 
 
-def wire_path(start: QPointF, end: QPointF) -> QPainterPath:
-    """The curve of a wire from an output to an input."""
-    reach = max(30.0, min(140.0, abs(end.x() - start.x()) * 0.5))
-    if end.x() < start.x():
-        reach = min(140.0, 40.0 + (start.x() - end.x()) * 0.35)
+def wire_path(
+    start: QPointF, end: QPointF, *, before: Sequence[QPointF] = (), after: Sequence[QPointF] = ()
+) -> QPainterPath:
+    """The curve of a wire from an output to an input, or of a piece of it between bends.
+
+    ``before`` and ``after`` are the stops of the wire on both sides of the piece: at a bend the curve runs along the
+    line between the bend's neighbours, at a port to the right.
+    """
+    way = end - start
+    if not before and not after:
+        reach = max(30.0, min(140.0, abs(way.x()) * 0.5))
+        if way.x() < 0:
+            reach = min(140.0, 40.0 - way.x() * 0.35)
+        leave, arrive = QPointF(reach, 0), QPointF(reach, 0)
+    else:
+        length = math.hypot(way.x(), way.y())
+        leave = _along(before[-1], end, length) if before else QPointF(min(140.0, 0.4 * length), 0)
+        arrive = _along(start, after[0], length) if after else QPointF(min(140.0, 0.4 * length), 0)
     path = QPainterPath(start)
-    path.cubicTo(start + QPointF(reach, 0), end - QPointF(reach, 0), end)
+    path.cubicTo(start + leave, end - arrive, end)
     return path
+
+
+def _along(start: QPointF, end: QPointF, length: float) -> QPointF:
+    """A third of ``length`` in the direction from one point to another."""
+    way = end - start
+    return way * (length / 3.0 / max(1.0, math.hypot(way.x(), way.y())))

@@ -8,8 +8,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QMenu
 
-from nodegraph.editor.canvas.items import BoxItem, WireItem
+from nodegraph.editor.canvas.items import BoxItem
 from nodegraph.editor.canvas.node_item import NodeItem
+from nodegraph.editor.canvas.wires import BendItem, WireItem
 from nodegraph.errors import GraphError
 from nodegraph.group_commands import Face, HidePort, ShowPort
 from nodegraph.network import unique
@@ -28,6 +29,8 @@ ACTIONS: dict[str, tuple[str, str]] = {
     "duplicate": ("Duplicate with its wires", "Ctrl+D"),
     "mute": ("Mute or unmute", "M"),
     "rename_selection": ("Rename", "F2"),
+    "bend": ("Bend the wire here", "B"),
+    "straighten": ("Straighten the wire", "Shift+B"),
     "delete_selection": ("Delete", "Del"),
     "group": ("Group", "Ctrl+G"),
     "ungroup": ("Ungroup", "Ctrl+Shift+G"),
@@ -58,7 +61,11 @@ def menu_for(canvas: CanvasView, item: object) -> QMenu:
     if isinstance(item, NodeItem):
         _node_menu(canvas, menu, item)
     elif isinstance(item, WireItem):
+        _add(canvas, menu, "bend", *(("straighten",) if item.dots else ()))
+        menu.addSeparator()
         _add(canvas, menu, "delete_selection")
+    elif isinstance(item, BendItem):
+        _add(canvas, menu, "straighten", "delete_selection")
     elif isinstance(item, BoxItem):
         _add(canvas, menu, "rename_selection", "delete_selection")
         if item.kind == "frames":

@@ -23,10 +23,11 @@ _path = cache(port_path)
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """How a node stands: state, the words of the foot line, and the fraction that is done while it runs."""
+    """How a node stands: state, the words of the foot line, what its last run took, and the fraction that is done."""
 
     state: str = "dirty"
     text: str = ""
+    last: str = ""
     fraction: float | None = None
 
 
@@ -222,8 +223,12 @@ class NodeItem(QGraphicsItem):
         painter.drawEllipse(QPointF(MARGIN + 4, foot.center().y()), 3.5, 3.5)
         loud = status.state in ("failed", "blocked", "running")
         painter.setPen(look.state(status.state) if loud else look.dim)
-        text = metrics.elidedText(status.text, middle, wide - 14)
+        taken = metrics.horizontalAdvance(status.last) + 8 if status.last else 0.0
+        text = metrics.elidedText(status.text, middle, wide - 14 - taken)
         painter.drawText(foot.adjusted(14, 0, 0, 0), left, text)
+        if status.last:
+            painter.setPen(look.dim)
+            painter.drawText(foot, right, status.last)
         for name, shown in self.face.tags:
             self._paint_tag(painter, name, shown)
 

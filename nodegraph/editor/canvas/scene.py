@@ -9,21 +9,23 @@ from PySide6.QtCore import QPointF, QRectF, QTimer, Signal
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QGraphicsScene
 
+from nodegraph.bends import BENDS
 from nodegraph.commands import SetUI
-from nodegraph.editor.canvas.faces import Wire, as_position, face_of, output_port, wires_of
-from nodegraph.editor.canvas.items import BoxItem, WireItem
+from nodegraph.editor.canvas.faces import Wire, as_position, face_of, wires_of
+from nodegraph.editor.canvas.items import BoxItem
 from nodegraph.editor.canvas.layout import layered
 from nodegraph.editor.canvas.look import Look
-from nodegraph.editor.canvas.node_item import NodeItem, Status
-from nodegraph.editor.canvas.told import seconds_told
+from nodegraph.editor.canvas.node_item import NodeItem
+from nodegraph.editor.canvas.standing import Standing
+from nodegraph.editor.canvas.wires import BendItem, WireItem
+from nodegraph.editor.canvas.wiring import Wiring
 
 if TYPE_CHECKING:
     from nodegraph.commands import Command
     from nodegraph.editor.session import Session
     from nodegraph.network import Network, Node
-    from nodegraph.report import Report
 
-Item = NodeItem | WireItem | BoxItem
+Item = NodeItem | WireItem | BendItem | BoxItem
 
 BOXES = ("frames", "notes")
 
@@ -43,18 +45,17 @@ class CanvasScene(QGraphicsScene):
         self.session = session
         self.look = Look.of(palette)
         self.nodes: dict[str, NodeItem] = {}  # by id on this level
-        self.wires: dict[tuple[Wire, int], WireItem] = {}
+        self.wiring = Wiring(self)
         self.boxes: dict[tuple[str, str], BoxItem] = {}
-        self.timings: dict[str, float] = {}  # seconds of each node's last run, from all views
+        self.standing = Standing(session)
         # Where the layout put nodes that the document has no position for; kept for when an undo takes theirs.
         self._provisional: dict[str, tuple[float, float]] = {}
-        self._at: dict[str, list[WireItem]] = {}
         self._selecting = False
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self.sync)
         session.changed.connect(self._on_change)
         session.replaced.connect(self._start_over)
-        session.finished.connect(self._learn)
+        session.finished.connect(self.standing.learn)
         session.entered.connect(self.rebuild)
         session.selected.connect(self._show_selection)
         session.states_changed.connect(self.restate)
@@ -62,6 +63,10 @@ class CanvasScene(QGraphicsScene):
         session.progressed.connect(self._restate_one)
         self.selectionChanged.connect(self._tell_selection)
         self.rebuild()
+
+    @property
+    def wires(self) -> dict[tuple[Wire, int], WireItem]:
+        return self.wiring.items
 
     # -- the level ----------------------------------------------------------------------------------------------
 
@@ -93,7 +98,8 @@ class CanvasScene(QGraphicsScene):
         self._selecting = True
         self.clear()
         self._selecting = False
-        self.nodes, self.wires, self.boxes, self._provisional, self._at = {}, {}, {}, {}, {}
+        self.nodes, self.boxes, self._provisional = {}, {}, {}
+        self.wiring.forget()
         self.sync()
         self.rebuilt.emit()
 
@@ -113,13 +119,16 @@ class CanvasScene(QGraphicsScene):
         if command.key in BOXES:
             if command.path == self.owner_path:
                 self._sync_boxes()
-        elif command.key == "position":
+        elif command.key in ("position", BENDS):
             prefix = self.level.prefix
             id = command.path.removeprefix(prefix)
             item = self.nodes.get(id)
             if command.path.startswith(prefix) and item is not None and id in self.level.nodes:
+                if command.key == BENDS:
+                    self.wiring.bend(id)
+                    return
                 self._place(self.level.nodes[id], item)
-                self.lead_wires(id)
+                self.wiring.lead(id)
 
     def flush(self) -> None:
         """Bring what waits to be shown up to date now."""
@@ -137,7 +146,7 @@ class CanvasScene(QGraphicsScene):
         for id, node in level.nodes.items():
             item = self.nodes.get(id)
             if item is None:
-                item = self.nodes[id] = NodeItem(node.path, face_of(node), self.look, self._status)
+                item = self.nodes[id] = NodeItem(node.path, face_of(node), self.look, self.standing.status)
                 self.addItem(item)
             else:
                 item.path = node.path
@@ -145,42 +154,11 @@ class CanvasScene(QGraphicsScene):
         self._find_places(level)
         for id, node in level.nodes.items():
             self._place(node, self.nodes[id])
-        self._sync_wires(level)
+        self.wiring.sync(level)
         self._sync_boxes()
         self._selecting = False
         self._show_selection(self.session.selection)
         self.synced.emit()
-
-    def _sync_wires(self, level: Network) -> None:
-        wanted: dict[tuple[Wire, int], None] = {}
-        for wire in wires_of(level):
-            twin = 0
-            while (wire, twin) in wanted:
-                twin += 1
-            wanted[wire, twin] = None
-        for key in [key for key in self.wires if key not in wanted]:
-            self.removeItem(self.wires.pop(key))
-        colors: dict[str, tuple[str, bool]] = {}
-        self._at = {id: [] for id in self.nodes}
-        for key in wanted:
-            wire = key[0]
-            item = self.wires.get(key)
-            if item is None:
-                item = self.wires[key] = WireItem(wire, self.look)
-                self.addItem(item)
-            source = wire[0]
-            id, _, output = source.rpartition(".")
-            if source not in colors:
-                port = output_port(level.nodes[id], output) if id in level.nodes else None
-                there = port is not None and any(one.name == output for one in self.nodes[id].face.outputs)
-                colors[source] = (port.color if port is not None else "#d9534f", not there)
-            item.color, item.broken = colors[source]
-            item.muted = id in level.nodes and level.nodes[id].muted
-            for end in {id, wire[1]}:
-                if end in self._at:
-                    self._at[end].append(item)
-            self._lead(item)
-            item.dress()
 
     def _sync_boxes(self) -> None:
         ui = self.ui
@@ -204,12 +182,8 @@ class CanvasScene(QGraphicsScene):
             item.restate()
 
     def _start_over(self) -> None:
-        self.timings.clear()
+        self.standing.forget()
         self.rebuild()
-
-    def _learn(self, report: Report) -> None:
-        """Keep how long nodes took: the next report may speak of others only."""
-        self.timings.update(report.timings)
 
     def _restate_one(self, path: str, *_: object) -> None:
         prefix = self.level.prefix
@@ -217,38 +191,6 @@ class CanvasScene(QGraphicsScene):
             item = self.nodes.get(path.removeprefix(prefix).partition("/")[0])
             if item is not None:
                 item.restate()
-
-    def _status(self, path: str) -> Status:
-        state = self.session.state(path)
-        words = state.reason.split("\n")[0]
-        fraction = None
-        node = self.session.network.node(path) if path in self.session.network else None
-        if node is not None and node.muted:
-            return Status("dirty", "data passes it by")
-        if state == "clean":
-            seconds = self._seconds(path)
-            words = words or (f"done in {seconds_told(seconds)}" if seconds is not None else "done")
-        elif state == "running":
-            fraction = self._fraction(words)
-            words = f"running, {words}" if words else "running"
-        elif state == "failed":
-            words = words.removeprefix(f"{path}: ")
-            words = f"failed: {words}" if words else "failed"
-        elif state == "blocked":
-            words = words.removeprefix(f"{path}.").removeprefix(f"{path}: ") or "blocked"
-        return Status(str(state), words or str(state), fraction)
-
-    def _seconds(self, path: str) -> float | None:
-        if path in self.timings:
-            return self.timings[path]
-        inside = [seconds for key, seconds in self.timings.items() if key.startswith(f"{path}/")]
-        return sum(inside) if inside else None
-
-    def _fraction(self, words: str) -> float | None:
-        try:
-            return float(words.removesuffix("%")) / 100 if words.endswith("%") else 0.0
-        except ValueError:
-            return 0.0
 
     # -- places -------------------------------------------------------------------------------------------------
 
@@ -290,26 +232,13 @@ class CanvasScene(QGraphicsScene):
         if item.pos() != QPointF(x, y):
             item.setPos(x, y)
 
-    def lead_wires(self, *ids: str) -> None:
-        """Lead the wires of nodes to where these are now."""
-        for item in dict.fromkeys(item for id in ids for item in self._at.get(id, ())):
-            self._lead(item)
-
-    def _lead(self, item: WireItem) -> None:
-        source, target, name = item.wire
-        id, _, output = source.rpartition(".")
-        if target not in self.nodes:
-            return
-        end = self.nodes[target].anchor(False, name)
-        start = self.nodes[id].anchor(True, output) if id in self.nodes else end - QPointF(60, 0)
-        item.lead(start, end)
-
     def place_again(self) -> None:
         """Put everything back to where the document has it, after a drag that came to nothing."""
         for id, node in self.level.nodes.items():
             if id in self.nodes:
                 self._place(node, self.nodes[id])
-        self.lead_wires(*self.nodes)
+        self.wiring.bend(*self.nodes)
+        self.wiring.lead(*self.nodes)
         self._sync_boxes()
 
     def content(self) -> QRectF:
@@ -330,6 +259,9 @@ class CanvasScene(QGraphicsScene):
     def chosen_wires(self) -> list[Wire]:
         return [item.wire for item in self.wires.values() if item.chosen]
 
+    def chosen_dots(self) -> list[BendItem]:
+        return [dot for dot in self.wiring.dots() if dot.chosen]
+
     def chosen_boxes(self) -> list[tuple[str, str]]:
         return [key for key, item in self.boxes.items() if item.isSelected()]
 
@@ -337,19 +269,20 @@ class CanvasScene(QGraphicsScene):
         """All that is selected."""
         nodes: list[Item] = [item for item in self.nodes.values() if item.isSelected()]
         boxes = [box for box in self.boxes.values() if box.isSelected()]
-        return [*nodes, *boxes, *(wire for wire in self.wires.values() if wire.chosen)]
+        return [*nodes, *boxes, *(wire for wire in self.wires.values() if wire.chosen), *self.chosen_dots()]
 
     def choose(self, items: Iterable[Item]) -> None:
         """Select these items and no others."""
-        wanted = list(items)
+        wanted = set(items)
         self._selecting = True
         for box in (*self.nodes.values(), *self.boxes.values()):
             if box.isSelected() != (box in wanted):
                 box.setSelected(box in wanted)
-        for wire in self.wires.values():
-            if wire.chosen != (wire in wanted):
-                wire.chosen = wire in wanted
-                wire.dress()
+        lines: list[WireItem | BendItem] = [*self.wires.values(), *self.wiring.dots()]
+        for line in lines:
+            if line.chosen != (line in wanted):
+                line.chosen = line in wanted
+                line.dress()
         self._selecting = False
         self._tell_selection()
 
@@ -373,7 +306,7 @@ class CanvasScene(QGraphicsScene):
     def repaint_in(self, palette: QPalette) -> None:
         """Take the colours of another palette."""
         self.look = Look.of(palette)
-        items: list[Item] = [*self.nodes.values(), *self.wires.values(), *self.boxes.values()]
+        items: list[NodeItem | WireItem | BoxItem] = [*self.nodes.values(), *self.wires.values(), *self.boxes.values()]
         for item in items:
             item.look = self.look
             item.update()

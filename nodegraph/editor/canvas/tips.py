@@ -27,7 +27,7 @@ class Tips(QObject):
         node = self.scene.level.nodes[id]
         session = self.scene.session
         if port is None:
-            self.say(where, node_tip(session, node, self.scene.timings.get(node.path)))
+            self.say(where, node_tip(session, node, self.scene.standing))
             return
         text = port_tip(session, node, port)
         self.say(where, text)

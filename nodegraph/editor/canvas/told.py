@@ -9,6 +9,7 @@ from nodegraph.editor.canvas.faces import Port
 from nodegraph.ports import port_type
 
 if TYPE_CHECKING:
+    from nodegraph.editor.canvas.standing import Standing
     from nodegraph.editor.session import Session
     from nodegraph.network import Node
 
@@ -77,8 +78,8 @@ def shown_value(session: Session, node: Node, port: Port) -> Any | None:
     return session.value(giver, output) if giver in session.network else None
 
 
-def node_tip(session: Session, node: Node, seconds: float | None = None) -> str:
-    """The tooltip of a node: its kind, what it does, how it stands, ``seconds`` of its last run."""
+def node_tip(session: Session, node: Node, standing: Standing) -> str:
+    """The tooltip of a node: its kind, what it does, how it stands, what its last run took and where it ran."""
     state = session.state(node.path)
     lines = [f"<b>{escape(node.path)}</b>&nbsp; {escape(node.type)}"]
     doc = (node.processor.__doc__ or "").strip().split("\n")[0] if node.processor is not None else ""
@@ -86,14 +87,8 @@ def node_tip(session: Session, node: Node, seconds: float | None = None) -> str:
         lines.append(escape(doc))
     if node.trouble is not None:
         lines.append(escape(str(node.trouble)))
-    how = str(state) + (f": {state.reason}" if state.reason else "")
+    lines.append(escape(str(state) + (f": {state.reason}" if state.reason else "")))
+    seconds, device = standing.seconds(node.path), standing.device(node.path)
     if seconds is not None:
-        how += f", {seconds_told(seconds)}"
-    device = _device(session, node.path)
-    lines.append(escape(how + (f" on {device}" if device else "")))
+        lines.append(escape(f"last run: {seconds_told(seconds)}" + (f" on {device}" if device else "")))
     return "<br>".join(lines)
-
-
-def _device(session: Session, path: str) -> str:
-    """The devices that the node's kernels ran on."""
-    return ", ".join(dict.fromkeys(run.device for run in session.report.kernels.get(path, ())))

@@ -18,13 +18,14 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QGraphicsView
 
-from nodegraph.editor.canvas.drags import BandDrag, Drag, MoveDrag, PanDrag, ResizeDrag, WireDrag
+from nodegraph.editor.canvas.drags import BandDrag, BendDrag, Drag, MoveDrag, PanDrag, PullDrag, ResizeDrag, WireDrag
 from nodegraph.editor.canvas.edits import CanvasEdits
-from nodegraph.editor.canvas.items import BoxItem, WireItem
+from nodegraph.editor.canvas.items import BoxItem
 from nodegraph.editor.canvas.look import GRID, dotted
 from nodegraph.editor.canvas.node_item import NodeItem
 from nodegraph.editor.canvas.scene import CanvasScene, Item
 from nodegraph.editor.canvas.tips import Tips
+from nodegraph.editor.canvas.wires import BendItem, WireItem
 
 MIME = "application/x-nodegraph-processor"
 LEAST, MOST = 0.08, 3.0
@@ -143,17 +144,27 @@ class GraphView(QGraphicsView):
         if node is not None:
             return node
         near = QRectF(point.x() - 5, point.y() - 5, 10, 10)
-        for item in self.canvas_scene.items(near):
-            if isinstance(item, WireItem) or (isinstance(item, BoxItem) and item.contains(point - item.pos())):
+        near_by = self.canvas_scene.items(near, Qt.ItemSelectionMode.IntersectsItemBoundingRect)
+        for item in near_by:
+            if isinstance(item, BendItem):
+                return item
+        for item in near_by:
+            if isinstance(item, WireItem) and item.touches(near):
+                return item
+            if isinstance(item, BoxItem) and item.contains(point - item.pos()):
                 return item
         return None
 
-    def wire_for(self, id: str) -> WireItem | None:
-        """The wire below the title of a node that the node fits into."""
+    def wire_for(self, id: str, pulled: bool = False) -> WireItem | None:
+        """The wire below a node that the node fits into; ``pulled``: when it has left its own."""
         body = self.canvas_scene.nodes[id].body_in_scene()
         middle = QRectF(body.left() + 10, body.top(), body.width() - 20, body.height())
-        for item in self.canvas_scene.items(middle, Qt.ItemSelectionMode.IntersectsItemShape):
-            if isinstance(item, WireItem) and self.edits.can_insert(id, item.wire) is not None:
+        for item in self.canvas_scene.items(middle, Qt.ItemSelectionMode.IntersectsItemBoundingRect):
+            if (
+                isinstance(item, WireItem)
+                and item.touches(middle)
+                and self.edits.can_insert(id, item.wire, pulled) is not None
+            ):
                 return item
         return None
 
@@ -180,19 +191,25 @@ class GraphView(QGraphicsView):
     def _begin(self, point: QPointF, modifiers: Qt.KeyboardModifier) -> Drag:
         """The drag that a press begins; what it selects is selected now."""
         add = bool(modifiers & (Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier))
+        alt = bool(modifiers & Qt.KeyboardModifier.AltModifier)
         scene, item = self.canvas_scene, self.item_at(point)
         if isinstance(item, NodeItem):
             port = item.port_at(point)
             if port is not None:
                 return self._begin_wire(item, port.name, port.output, point)
             self._press_on(item, add)
-            if modifiers & Qt.KeyboardModifier.AltModifier:
+            if alt:
                 scene.choose([item])
-                self.edits.pull_out(item.face.id)
+                return PullDrag(self, point, item.face.id)
             return MoveDrag(self, point)
         if isinstance(item, WireItem):
+            if alt:
+                return BendDrag(self, point, item)
             self._press_on(item, add)
             return Drag(self, point)
+        if isinstance(item, BendItem):
+            self._press_on(item, add)
+            return MoveDrag(self, point)
         if isinstance(item, BoxItem):
             self._press_on(item, add)
             return ResizeDrag(self, point, item) if item.is_grip(point) else MoveDrag(self, point)
@@ -233,6 +250,8 @@ class GraphView(QGraphicsView):
             shape = Qt.CursorShape.OpenHandCursor
         elif isinstance(item, NodeItem) and item.port_at(point) is not None:
             shape = Qt.CursorShape.CrossCursor
+        elif isinstance(item, BendItem):
+            shape = Qt.CursorShape.SizeAllCursor
         elif isinstance(item, BoxItem) and item.is_grip(point):
             shape = Qt.CursorShape.SizeFDiagCursor
         self.viewport().setCursor(shape)
@@ -258,6 +277,10 @@ class GraphView(QGraphicsView):
                 self.wants_rename.emit(item)
         elif isinstance(item, BoxItem):
             self.wants_rename.emit(item)
+        elif isinstance(item, WireItem):
+            self.edits.add_bend(item.wire, point)
+        elif isinstance(item, BendItem):
+            self.edits.remove_bends([item])
         elif item is None:
             self.wants_processors.emit(point, None)
         event.accept()
@@ -312,8 +335,7 @@ class GraphView(QGraphicsView):
             self._choose_next(x, y)
         elif chosen:
             away = QPointF(x, y) * (1.0 if modifiers & Qt.KeyboardModifier.ShiftModifier else GRID)
-            places = {id: scene.nodes[id].pos() + away for id in chosen}
-            self.edits.place({id: (place.x(), place.y()) for id, place in places.items()})
+            self.edits.shift(chosen, away)
         else:
             self.pan(60 * x, 60 * y)
 

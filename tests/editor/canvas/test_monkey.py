@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QGuiApplication
 
+from nodegraph.bends import bends_of
 from nodegraph.editor.canvas import CanvasView
 from nodegraph.editor.canvas.faces import as_position, wires_of
 from nodegraph.editor.session import Session
@@ -32,6 +33,7 @@ class Monkey:
             canvas.copy, canvas.group, canvas.ungroup, canvas.layout_all, canvas.layout_selection, canvas.fit,
             self.enter, canvas.leave_group, self.rename, self.frame, self.note, self.align, self.zoom, self.undo,
             self.redo, self.find, self.cancel, self.arrows, canvas.toggle_minimap,
+            self.bend, self.bend, canvas.straighten,
         ]  # fmt: skip
 
     def step(self) -> None:
@@ -48,6 +50,20 @@ class Monkey:
     def add(self) -> None:
         if len(self.canvas.scene.nodes) < 25:
             self.canvas.view.drop_processor(self.rng.choice(TYPES), self.spot())
+
+    def bend(self) -> None:
+        wires = list(self.canvas.scene.wires.values())
+        if wires:
+            start = self.rng.choice(wires).path().pointAtPercent(self.rng.random())
+            if self.rng.random() < 0.3:
+                self.hand.double_click(start)
+            else:
+                self.hand.drag(start, self.spot(), ALT if self.rng.random() < 0.7 else Qt.KeyboardModifier.NoModifier)
+        if self.canvas.field is not None:
+            self.canvas.field.deleteLater()
+            self.canvas.field = None
+        if self.canvas.chooser is not None:
+            self.canvas.chooser.close()
 
     def wire(self) -> None:
         self.canvas.scene.choose(())
@@ -162,6 +178,10 @@ def check_shows_the_document(canvas: CanvasView) -> None:
         assert item.face.muted == node.muted
         if place is not None:
             assert (item.x(), item.y()) == place
+    for (source, target, name), twin in scene.wires:
+        item = scene.wires[(source, target, name), twin]
+        bends = bends_of(level.nodes[target], name, source)
+        assert [(place.x(), place.y()) for place in item.bends] == bends
     for (kind, key), box in scene.boxes.items():
         assert scene.ui[kind][key]["text"] == box.text
     assert sum(len(scene.ui.get(kind, {})) for kind in ("frames", "notes")) == len(scene.boxes)

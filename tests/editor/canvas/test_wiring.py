@@ -125,6 +125,35 @@ def test_alt_drag_pulls_a_node_out(session: Session, canvas: CanvasView, hand: H
     assert sources(session, "raycast", "volume") == ("volume.volume",)
 
 
+def test_pulling_out_is_one_step_and_a_click_with_alt_pulls_nothing(
+    session: Session, canvas: CanvasView, hand: Hand
+) -> None:
+    before = text_of(session)
+    hand.click(hand.title("blur"), Qt.KeyboardModifier.AltModifier)
+    assert text_of(session) == before
+    hand.press(hand.title("blur"), Qt.KeyboardModifier.AltModifier)
+    hand.move(hand.title("blur") + QPointF(0, -160))
+    assert canvas.scene.wires[("blur.smoothed", "raycast", "volume"), 0].faded
+    hand.key(Qt.Key.Key_Escape)
+    hand.release(hand.title("blur"))
+    assert text_of(session) == before
+    assert not any(item.faded for item in canvas.scene.wires.values())
+    hand.drag(hand.title("blur"), hand.title("blur") + QPointF(0, -160), Qt.KeyboardModifier.AltModifier)
+    assert sources(session, "raycast", "volume") == ("volume.volume",)
+    session.undo()
+    assert text_of(session) == before
+
+
+def test_a_node_is_pulled_from_one_wire_into_another(session: Session, canvas: CanvasView, hand: Hand) -> None:
+    wire = canvas.scene.wires[("volume.volume", "box", "volume"), 0]
+    target = wire.path().pointAtPercent(0.5)
+    grip = hand.title("blur")
+    away = canvas.scene.nodes["blur"].body_in_scene().center() - grip
+    hand.drag(grip, target - away, Qt.KeyboardModifier.AltModifier)
+    assert sources(session, "raycast", "volume") == ("volume.volume",)
+    assert sources(session, "box", "volume") == ("blur.smoothed",)
+
+
 def test_a_selected_wire_is_deleted(session: Session, canvas: CanvasView, hand: Hand) -> None:
     wire = next(item for item in canvas.scene.wires.values() if item.wire[1] == "box")
     hand.click(wire.path().pointAtPercent(0.5))
