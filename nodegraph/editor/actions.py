@@ -77,6 +77,7 @@ MENUS: dict[str, tuple[Told | None, ...]] = {
         _on_canvas("fit", "fit"),
         _on_canvas("toggle_minimap"),
         None,
+        Told("quad_view", "Quad view", "quad", "Ctrl+Alt+Q"),
         Told("panels", "Panels"),
         Told("reset_layout", "Put the panels back"),
         None,

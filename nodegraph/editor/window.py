@@ -39,9 +39,9 @@ from nodegraph.editor.reloading import Reloader
 from nodegraph.editor.session import Session
 from nodegraph.editor.settings import Settings
 from nodegraph.editor.status import Banner, Status
+from nodegraph.editor.view_docks import ViewDocks
 from nodegraph.editor.views.browser import ImageBrowser
 from nodegraph.editor.views.compare import CompareView
-from nodegraph.editor.views.dock import ViewDock
 from nodegraph.editor.welcome import Welcome
 from nodegraph.errors import GraphError
 
@@ -49,10 +49,9 @@ LAYOUT = "window"
 """Key of the document's ``ui`` that holds where the panels are."""
 FILES = "Workspaces and pictures that carry one (*.json *.png *.exr)"
 BELOW = ("messages", "profile", "images", "compare", "timeline", "console")
-LEFT, RIGHT, TOP, BOTTOM = (
+LEFT, RIGHT, BOTTOM = (
     Qt.DockWidgetArea.LeftDockWidgetArea,
     Qt.DockWidgetArea.RightDockWidgetArea,
-    Qt.DockWidgetArea.TopDockWidgetArea,
     Qt.DockWidgetArea.BottomDockWidgetArea,
 )
 
@@ -68,7 +67,8 @@ class Window(QMainWindow):
         self.reloader = Reloader(self.session)
         self.submenus: dict[str, QMenu] = {}
         self.docks: dict[str, QDockWidget] = {}
-        self.views: list[ViewDock] = []
+        self.view_docks = ViewDocks(self)
+        self.views = self.view_docks.docks
         self.box: QMessageBox | QFileDialog | None = None
         self.titles = Titles(self)
         self._leaving = False
@@ -275,33 +275,13 @@ class Window(QMainWindow):
                 dock.show()
             first.raise_()
         for view in self.views:
-            self._place_view(view)
+            self.view_docks.place(view)
         self.resizeDocks([self.docks["palette"], self.docks["parameters"]], [230, 410], Qt.Orientation.Horizontal)
         self.resizeDocks([self.docks["messages"]], [180], Qt.Orientation.Vertical)
 
-    # -- views ------------------------------------------------------------------------------------------------------
-
-    def _sync_views(self) -> None:
-        """Give every view of the document a dock, and take away those of views that are gone."""
-        for dock in list(self.views):
-            if not dock.view.alive:
-                self.views.remove(dock)
-                self.removeDockWidget(dock)
-                dock.deleteLater()
-        known = {dock.view.path for dock in self.views}
-        for node in self.session.network.walk():
-            if node.type == "output.view" and node.path not in known:
-                dock = ViewDock(self.session, node.path, self)
-                self.titles.add(dock)
-                self.views.append(dock)
-                self._place_view(dock)
-
-    def _place_view(self, dock: ViewDock) -> None:
-        """Views stand beside each other above the canvas."""
-        dock.setFloating(False)
-        self.addDockWidget(TOP, dock, Qt.Orientation.Horizontal)
-        dock.show()
-        self.resizeDocks([dock], [max(240, (self.height() - 100) * 10 // 20)], Qt.Orientation.Vertical)
+    def quad_view(self) -> None:
+        """Show the volume that is meant in three dimensions and in three cuts, two by two; what is missing is added."""
+        self.view_docks.quad()
 
     # -- behind it --------------------------------------------------------------------------------------------------
 
@@ -359,7 +339,7 @@ class Window(QMainWindow):
         self.canvas.setFocus()
 
     def _replaced(self) -> None:
-        self._sync_views()
+        self.view_docks.sync()
         kept = self.session.network.ui.get(LAYOUT)
         if isinstance(kept, dict) and isinstance(kept.get("layout"), str):
             try:
@@ -369,7 +349,7 @@ class Window(QMainWindow):
         self._changed()
 
     def _changed(self, *_: object) -> None:
-        self._sync_views()
+        self.view_docks.sync()
         if self.session.network.nodes:
             self.middle.setCurrentWidget(self.canvas)
         self._name()

@@ -1,0 +1,66 @@
+"""The panels of the views in a window: one for each view of the document, and where they stand."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+
+from nodegraph.editor.quad import quad
+from nodegraph.editor.views.dock import ViewDock
+
+if TYPE_CHECKING:
+    from nodegraph.editor.window import Window
+
+ABOVE = Qt.DockWidgetArea.TopDockWidgetArea
+ACROSS, DOWN = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
+
+
+class ViewDocks:
+    """Keeps one dock for each view of the document. ``docks`` is in the order in which they came."""
+
+    def __init__(self, window: Window) -> None:
+        self.window = window
+        self.docks: list[ViewDock] = []
+
+    def sync(self) -> None:
+        """Give every view of the document a dock, and take away those of views that are gone."""
+        for dock in list(self.docks):
+            if not dock.view.alive:
+                self.docks.remove(dock)
+                self.window.removeDockWidget(dock)
+                dock.deleteLater()
+        known = {dock.view.path for dock in self.docks}
+        for node in self.window.session.network.walk():
+            if node.type == "output.view" and node.path not in known:
+                dock = ViewDock(self.window.session, node.path, self.window)
+                self.window.titles.add(dock)
+                self.docks.append(dock)
+                self.place(dock)
+
+    def place(self, dock: ViewDock) -> None:
+        """Views stand beside each other above the canvas."""
+        dock.setFloating(False)
+        self.window.addDockWidget(ABOVE, dock, ACROSS)
+        dock.show()
+        self.window.resizeDocks([dock], [max(240, (self.window.height() - 100) * 10 // 20)], DOWN)
+
+    def quad(self) -> None:
+        """Stand the four views of a quad two by two; `nodegraph.editor.quad` finds or adds them."""
+        found = [dock for path in quad(self.window.session) for dock in self.docks if dock.view.path == path]
+        if len(found) < 4:
+            return
+        window = self.window
+        for dock in found:
+            window.removeDockWidget(dock)
+            dock.setFloating(False)
+        cast, axial, coronal, sagittal = found
+        window.addDockWidget(ABOVE, cast, ACROSS)
+        window.splitDockWidget(cast, axial, ACROSS)
+        window.splitDockWidget(cast, coronal, DOWN)
+        window.splitDockWidget(axial, sagittal, DOWN)
+        for dock in found:
+            dock.show()
+        window.resizeDocks([cast, axial], [window.middle.width() // 2] * 2, ACROSS)
+        tall = max(180, (window.height() - 100) * 7 // 20)
+        window.resizeDocks([cast, coronal, axial, sagittal], [tall] * 4, DOWN)
