@@ -37,6 +37,7 @@ class CanvasScene(QGraphicsScene):
     level is moved (`unplaced` says which these are).
     """
 
+    leaving = Signal()  # what is shown goes at once
     rebuilt = Signal()  # another level or document is shown
     synced = Signal()  # what is shown changed
 
@@ -95,6 +96,7 @@ class CanvasScene(QGraphicsScene):
 
     def rebuild(self, *_: object) -> None:
         """Show the level from nothing."""
+        self.leaving.emit()
         self._selecting = True
         self.clear()
         self._selecting = False

@@ -65,7 +65,7 @@ class GraphView(QGraphicsView):
         self._pan: PanDrag | None = None
         self._space = False
         scene.synced.connect(self._end_drag)
-        scene.rebuilt.connect(self._end_drag)
+        scene.leaving.connect(self._end_drag)
 
     # -- where ----------------------------------------------------------------------------------------------------
 

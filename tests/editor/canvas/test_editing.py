@@ -14,6 +14,7 @@ from nodegraph.commands import Rename, Set, SetUI
 from nodegraph.editor.canvas import CanvasView
 from nodegraph.editor.canvas.view import MIME
 from nodegraph.editor.session import Session
+from nodegraph.group_commands import Group
 from tests.editor.canvas.conftest import Hand, text_of
 
 
@@ -300,3 +301,14 @@ def test_keys_and_menus_name_methods(canvas: CanvasView) -> None:
         menu = menu_for(canvas, item)
         assert menu.actions()
         menu.deleteLater()
+
+
+def test_a_drag_ends_when_another_level_is_shown(session: Session, canvas: CanvasView, hand: Hand) -> None:
+    session.do(Group(["blur"], "inside"))
+    canvas.scene.flush()
+    hand.press(QPointF(-300, -300))
+    hand.move(QPointF(500, 500))
+    assert canvas.view.drag is not None
+    session.enter("inside")
+    assert canvas.view.drag is None
+    hand.release(QPointF(500, 500))
