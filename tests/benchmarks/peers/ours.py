@@ -42,9 +42,11 @@ class Ours:
             **({"light": scene.light, "ambient": AMBIENT, "diffuse": DIFFUSE, "specular": 0.0} if scene.lit else {}),
         )
         network.connect("volume.volume", "raycast.volume")
+        self.usual: dict[str, Any] = {}
+        """What the settings that were tried were before."""
 
     def frame(self, settings: Mapping[str, Any], camera: Camera | None = None, quality: str = "final") -> NDArray[Any]:
-        """Render and bring the picture to the host: linear premultiplied RGBA, (h, w, 4)."""
+        """Render and bring the picture to the host: linear premultiplied RGBA, (h, w, 4). Other settings are as shipped."""
         return self.run(settings, camera, quality)[0]
 
     def run(
@@ -52,7 +54,9 @@ class Ours:
     ) -> tuple[NDArray[Any], Report]:
         """The picture, and what the engine tells of it."""
         node = self.network["raycast"]
-        for name, value in settings.items():
+        for name in settings:
+            self.usual.setdefault(name, getattr(node, name))
+        for name, value in (self.usual | dict(settings)).items():
             if getattr(node, name) != value:
                 setattr(node, name, value)
         node.camera = camera or self.scene.camera

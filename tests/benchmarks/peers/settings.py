@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -11,6 +12,8 @@ TOLERANCES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 TERMINATION = 254.0 / 255.0
 """Where VTK's GPU mapper ends a ray."""
 PAIRS = (256, 1024)
+PIXEL_TOLERANCES = (0.003, 0.01, 0.03)
+"""Of rays that are not cast where those around agree; for the integrators that are cheapest a sample."""
 
 Settings = Mapping[str, Any]
 
@@ -23,6 +26,17 @@ def ladders() -> Iterator[list[Settings]]:
         yield [
             {"integrator": "preintegrated", "step": step, "pair_table_size": size, "termination": TERMINATION}
             for step in STEPS
+        ]
+    for integrator, found in itertools.product(("midpoint", "preintegrated"), PIXEL_TOLERANCES):
+        yield [
+            {
+                "integrator": integrator,
+                "step": step,
+                "pair_table_size": PAIRS[0],
+                "pixel_tolerance": found,
+                "termination": TERMINATION,
+            }
+            for step in STEPS[2:]
         ]
     for step in (2.0, 4.0):
         yield [

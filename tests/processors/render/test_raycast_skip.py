@@ -17,8 +17,6 @@ from tests.support.calls import call
 
 SIZE = (14, 12)
 SAME = 1e-6
-SAME_LIT = 5e-5
-"""Under light single rays come out farther apart in single precision: a gloss turns the rounding of a gradient."""
 """Greatest difference of a colour."""
 MODES = (
     "midpoint",
@@ -121,6 +119,7 @@ def random_scene(rng, mode, lit, interval, dtype):
         "transfer_function": function,
         "lit": lit,
         "light": Light(),
+        "gradients": "on_the_fly",  # whether they are made beforehand depends on what can be skipped
         "termination": 1.0,
         "step": float(np.exp(rng.uniform(np.log(shortest), np.log(max(20.0, shortest))))),
         "mode": mode if mode in ("maximum", "first_hit", "iso") else "composite",
@@ -161,7 +160,7 @@ def compare(device, mode, seeds, lit, interval, dtype):
         skipped, whole = both(device, params)
         assert np.isfinite(whole.color).all(), f"seed {seed}"
         color, depth = differences(skipped, whole, diagonal)
-        assert color <= (SAME_LIT if lit else SAME), f"seed {seed}: the colour differs by {color:g}"
+        assert color <= SAME, f"seed {seed}: the colour differs by {color:g}"
         assert depth <= 1e-3, f"seed {seed}: the depth differs by {depth:g} of the scene"
         seen += bool(whole.color.any())
     return seen
@@ -191,5 +190,6 @@ def test_skipping_changes_nothing_in_double(cl64, mode):
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", MODES)
 def test_skipping_changes_nothing_in_any_combination(device, mode):
-    seen = sum(compare(device, mode, range(100 + 5 * k, 105 + 5 * k), *kinds(k)) for k in range(12))
-    assert seen > 10
+    first = 100 + 100 * ("gl", "cl", "cl64").index(device.name)  # other scenes on each device
+    seen = sum(compare(device, mode, range(first + 2 * k, first + 2 * k + 2), *kinds(k)) for k in range(12))
+    assert seen > 6
