@@ -17,10 +17,14 @@ from nodegraph.errors import one_sentence
 if TYPE_CHECKING:
     from nodegraph.editor.session import Session
 
-SLICE = 0.015
+SLICE = 0.010
 """Seconds for which rows are made before the window gets its turn again."""
+PATIENCE = 0.25
+"""Seconds for which rows are made before what there is is painted: each painting of a long list takes time, too."""
 MOST_NODES = 12
 """Nodes of a selection whose parameters are shown; more are counted."""
+KEPT = 6
+"""Sections of nodes that were selected before which are kept: widgets take long to make and little room."""
 
 
 class NodeSection(QWidget):
@@ -32,8 +36,10 @@ class NodeSection(QWidget):
         self.path = path
         self.rows: dict[str, ParameterRow] = {}
         self._rest = QTimer(self, singleShot=True, interval=0)
-        self._rest.timeout.connect(self.refresh)
-        node = session.network.node(path)
+        self._rest.timeout.connect(self._make_rest)
+        self._waiting: list[str] = []  # parameters whose rows are still to be made
+        self._paint_at = 0.0
+        node = self.node = session.network.node(path)
         self.body = QWidget()
         self.header = QWidget()
         self.header.installEventFilter(self)
@@ -81,17 +87,11 @@ class NodeSection(QWidget):
 
     def complete(self) -> None:
         """Make all rows now."""
-        while self._rest.isActive():
-            self._rest.stop()
-            self.refresh()
+        while self._waiting:
+            self._make_rest()
 
     def refresh(self) -> None:
-        """Show what the document has now. Rows that come to mean something are made, others hidden.
-
-        Widgets take time to make: after a moment the rest is left for later.
-        """
-        end = time.perf_counter() + SLICE
-        node = self.session.network.node(self.path)
+        """Show what the document has now. Rows that come to mean something are made bit by bit, others hidden."""
         shown = shown_parameters(self.session, self.path)
         for name, row in self.rows.items():
             if name not in shown:
@@ -100,31 +100,52 @@ class NodeSection(QWidget):
         for name in shown:
             present = self.rows.get(name)
             if present is None:
-                if time.perf_counter() > end:
-                    self._rest.start()
-                    break
-                present = self.rows[name] = ParameterRow(Place(self.session, self.path, name))
-                self.layout_of_rows.insertWidget(self._index(name), present)
-            elif present.declared is not present.place.declared:
-                self._remake(name, present)
+                continue
+            if present.declared is not present.place.declared:
+                present = self._remake(name, present)
             else:
                 present.refresh()
             if present.isHidden():
                 present.show()
         self.nothing.setVisible(not shown)
-        self._show_trouble(node)
+        self._show_trouble(self.session.network.node(self.path))
+        self._waiting = [name for name in shown if name not in self.rows]
+        if self._waiting:
+            self._paint_at = time.perf_counter() + PATIENCE
+            self._make_rest()
 
-    def _remake(self, name: str, old: ParameterRow) -> None:
+    def _make_rest(self) -> None:
+        """Make some of the rows that are missing; after a moment the window gets its turn."""
+        self._rest.stop()
+        end = time.perf_counter() + SLICE
+        self.body.setUpdatesEnabled(False)
+        while self._waiting:
+            name = self._waiting.pop(0)
+            row = self.rows[name] = ParameterRow(Place(self.session, self.path, name))
+            self.layout_of_rows.insertWidget(self._index(name), row)
+            row.show()
+            if time.perf_counter() > end:
+                break
+        if self._waiting:
+            self._rest.start()
+        if not self._waiting or time.perf_counter() > self._paint_at:
+            self.body.setUpdatesEnabled(True)
+            self._paint_at = time.perf_counter() + PATIENCE
+
+    def _remake(self, name: str, old: ParameterRow) -> ParameterRow:
         """Make the row of a parameter anew: its processor was reloaded and declares something else."""
         old.leave()
         made = self.rows[name] = ParameterRow(Place(self.session, self.path, name))
         self.layout_of_rows.replaceWidget(old, made)
         old.hide()
         old.deleteLater()
+        return made
 
     def leave(self) -> None:
-        """End open gestures: the section is about to go."""
+        """End open gestures: the section is about to go, or to be hidden until its node is selected again."""
         self._rest.stop()
+        self._waiting = []
+        self.body.setUpdatesEnabled(True)
         for row in self.rows.values():
             row.leave()
 
@@ -160,6 +181,7 @@ class ParameterPanel(QScrollArea):
         super().__init__(parent)
         self.session = session
         self.sections: dict[str, NodeSection] = {}
+        self._kept: dict[str, NodeSection] = {}  # of nodes that were selected before, the last at the end
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -176,7 +198,7 @@ class ParameterPanel(QScrollArea):
         self._list.addStretch(0)
         self.setWidget(page)
         session.selected.connect(self._rebuild)
-        session.replaced.connect(self._rebuild)
+        session.replaced.connect(self._start_over)
         session.changed.connect(self._follow)
         session.values_changed.connect(self._see_values)
         self._rebuild()
@@ -190,17 +212,50 @@ class ParameterPanel(QScrollArea):
         return self.sections[path].rows[name]
 
     def _rebuild(self, *_: Any) -> None:
-        for section in self.sections.values():
-            self._drop(section)
-        self.sections = {}
+        """Show the sections of the selection: those that were shown before come back, others are made."""
         paths = [path for path in self.session.selection if path in self.session.network]
-        for path in paths[:MOST_NODES]:
-            section = self.sections[path] = NodeSection(self.session, path)
-            self._list.insertWidget(len(self.sections) - 1, section)
+        before = {**self._kept, **self.sections}
+        shown = {path: before.pop(path) for path in paths[:MOST_NODES] if self._holds(path, before.get(path))}
+        for path, section in before.items():
+            if section in self.sections.values():
+                self._put_aside(section)
+        gone = [path for path, section in before.items() if not self._holds(path, section)]
+        gone += [path for path in before if path not in gone][: max(0, len(before) - len(gone) - KEPT)]
+        for path in gone:
+            self._drop(before.pop(path))
+        self._kept = before
+        self.sections = {}
+        for i, path in enumerate(paths[:MOST_NODES]):
+            section = shown.get(path)
+            if section is None:
+                section = NodeSection(self.session, path)
+            elif section.isHidden():
+                section.refresh()
+            self.sections[path] = section
+            self._list.insertWidget(i, section)
+            section.show()
         more = len(paths) - MOST_NODES
         self.note.setText(f"and {more} more" if more > 0 else "" if paths else "Select a node to see its parameters.")
         self.note.setVisible(bool(self.note.text()))
         self._list.setStretch(self._list.count() - 1, 1 if paths else 0)
+
+    def _start_over(self, *_: Any) -> None:
+        """Another document, or another palette: icons and colours of labels are drawn for one."""
+        for section in (*self.sections.values(), *self._kept.values()):
+            self._drop(section)
+        self.sections, self._kept = {}, {}
+        self._rebuild()
+
+    def _holds(self, path: str, section: NodeSection | None) -> bool:
+        """Whether a section is still that of the node at a path."""
+        network = self.session.network
+        return section is not None and path in network and network.node(path) is section.node
+
+    def _put_aside(self, section: NodeSection) -> None:
+        """Hide a section; it stays a child of the page."""
+        section.leave()
+        section.hide()
+        self._list.removeWidget(section)
 
     def _follow(self, commands: Any) -> None:
         """Show what a change did; a node that was renamed, retyped or removed is made anew."""
@@ -229,4 +284,4 @@ class ParameterPanel(QScrollArea):
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_list"):
-            self._rebuild()  # icons and colours of labels are drawn for one palette
+            self._start_over()

@@ -261,3 +261,22 @@ def test_a_new_palette_reaches_icons_and_widgets(panel: Any, row: Any, session: 
     palette.setColor(palette.ColorRole.Highlight, Qt.GlobalColor.magenta)
     panel.setPalette(palette)
     assert row("amount") is not old
+
+
+def test_what_was_selected_before_comes_back_as_it_is_now(panel: Any, session: Any) -> None:
+    panel.sections["all"].complete()
+    first = panel.sections["all"]
+    row = first.rows["count"]
+    session.select("cube")
+    assert first.isHidden()
+    session.network.set("all.count", 7)
+    session.select("all")
+    assert panel.sections["all"] is first
+    assert first.rows["count"] is row
+    assert row.field.entry.text() == "7"
+    assert not first.isHidden()
+    session.select()
+    session.network.remove("all")
+    session.undo()
+    session.select("cube")
+    assert all(section.node in session.network.nodes.values() for section in panel._kept.values())

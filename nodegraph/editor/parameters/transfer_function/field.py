@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QKeyEvent
+from PySide6.QtGui import QIcon, QKeyEvent, QShowEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -307,6 +307,11 @@ class TransferFunctionField(Field):
             self.show_value(self.function)
             return
         (self.step_to if step else self.edited.emit)(function)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self.source is not None:
+            self.source.resume()
 
     def leave(self) -> None:
         super().leave()

@@ -116,6 +116,7 @@ class HistogramOf(QObject):
         self.histogram: Histogram | None = None
         self._buffer: weakref.ref[Any] | None = None  # of what is shown or being counted
         self._key: object = None  # of everything upstream, when it was asked for
+        self._stopped = False
         self._again = QTimer(self, singleShot=True, interval=AGAIN_MS)
         self._again.timeout.connect(self.look)
         self._channel = ("histogram", next(self._numbers))
@@ -124,6 +125,8 @@ class HistogramOf(QObject):
 
     def look(self, *_: Any) -> None:
         """Look at what the node reads now, if anything upstream of it has changed; the engine keeps what it knows."""
+        if self._stopped:
+            return
         source = self._source()
         if source is None:
             self._key = None
@@ -138,8 +141,15 @@ class HistogramOf(QObject):
         self._key = key
         self.session.ask(source[0], None, "final", self._channel)
 
+    def resume(self) -> None:
+        """Look again after `stop`."""
+        if self._stopped:
+            self._stopped = False
+            self.look()
+
     def stop(self) -> None:
-        """Ask for nothing any more."""
+        """Ask for nothing until `resume`."""
+        self._stopped = True
         self._again.stop()
         self._key = None
         self.session.unwatch(self._channel)
