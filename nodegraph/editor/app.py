@@ -6,7 +6,7 @@ import signal
 import sys
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QTimer
+from PySide6.QtCore import QByteArray, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
 from nodegraph.editor import theme
@@ -34,6 +34,7 @@ def open_window(file: Path | None = None, device: str = "auto", settings: Settin
     chosen = settings.get("theme", "system")
     theme.apply(app, chosen if chosen in theme.THEMES else "system")
     window = Window(Session(engine=Engine(device)), settings)
+    window.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     geometry = settings.get("geometry")
     if isinstance(geometry, str):
         window.restoreGeometry(QByteArray.fromBase64(geometry.encode()))

@@ -72,6 +72,8 @@ class Window(QMainWindow):
         self.box: QMessageBox | QFileDialog | None = None
         self.titles = Titles(self)
         self._leaving = False
+        self._repaint = QTimer(self, singleShot=True, interval=0)
+        self._repaint.timeout.connect(self._paint_icons)
         self.setWindowIcon(QIcon(str(Path(__file__).parent / "icons" / "app.svg")))
         self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.AllowNestedDocks)
         self.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
@@ -114,8 +116,10 @@ class Window(QMainWindow):
         self.setStatusBar(self.status)
         self.banner = Banner(self)
         self.commands = CommandPalette(self, partial(actions.entries, self))
+        # What listens to the session holds the window, so the session must go for either to be forgotten.
+        self.destroyed.connect(self.session.deleteLater)
         self._connect()
-        actions.paint(self, self.actions_by_name)
+        self._paint_icons()
         self.reset_layout()
         self._replaced()
 
@@ -372,6 +376,9 @@ class Window(QMainWindow):
             self.actions_by_name[name].setEnabled(bool(chosen))
         self.actions_by_name["ungroup"].setEnabled(bool(groups))
 
+    def _paint_icons(self) -> None:
+        actions.paint(self, self.actions_by_name)
+
     def _count_errors(self, errors: int) -> None:
         self.docks["messages"].setWindowTitle(f"Messages ({errors})" if errors else "Messages")
 
@@ -380,7 +387,7 @@ class Window(QMainWindow):
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "actions_by_name"):
-            QTimer.singleShot(0, self, lambda: actions.paint(self, self.actions_by_name))
+            self._repaint.start()  # once the palette has reached everybody
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if any(Path(url.toLocalFile()).suffix.lower() in (".json", ".png", ".exr") for url in event.mimeData().urls()):
