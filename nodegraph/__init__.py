@@ -34,6 +34,7 @@ from nodegraph.params import (
     Seed,
     Text,
     TransferFunction,
+    TransferFunction2D,
     Vector,
 )
 from nodegraph.ports import Condition, Input, Output, PortType, channels, has_components, has_depth, has_ids, min_dims
@@ -85,6 +86,7 @@ __all__ = [
     "Seed",
     "Text",
     "TransferFunction",
+    "TransferFunction2D",
     "Vector",
     "channels",
     "engine",

@@ -21,7 +21,7 @@ from typing import Any
 from nodegraph import links
 from nodegraph.camera_path import between, orbit
 from nodegraph.commands import Command, Set, SetUI
-from nodegraph.data import Camera, Light, Plane, TransferFunction
+from nodegraph.data import Camera, Light, Plane, TransferFunction, TransferFunction2D
 from nodegraph.errors import ParameterError, near_miss
 from nodegraph.network import Network, split
 from nodegraph.variable_commands import SetVariable
@@ -109,7 +109,7 @@ def mixed(a: Any, b: Any, t: float) -> Any:
         return between(a, b, t)
     if isinstance(a, Plane) and isinstance(b, Plane):
         return _plane(a, b, t)
-    if isinstance(a, (Light, TransferFunction)) and type(a) is type(b):
+    if isinstance(a, (Light, TransferFunction, TransferFunction2D)) and type(a) is type(b):
         return _by_json(a, b, t)
     return a
 

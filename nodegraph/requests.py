@@ -6,6 +6,7 @@ of the network and on the answers of ``needs`` alone, so it outlives most change
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -41,6 +42,18 @@ def coarseness(quality: str) -> int:
     if quality not in QUALITIES:
         raise ParameterError(f"quality: expected one of {', '.join(QUALITIES)}, got {quality!r}")
     return 1 if quality == "final" else int(quality.partition("/")[2] or INTERACTIVE)
+
+
+def coarser(size: tuple[int, int], step: float | None, n: int) -> tuple[tuple[int, int], float | None]:
+    """Size (w, h) and step, voxels, with about one n-th of the work. The step is None where there is none.
+
+    Short steps grow up to a voxel; the rest is saved in pixels, which loses less than longer steps would.
+    """
+    if n == 1:
+        return size, step
+    growth = min(math.sqrt(n), max(1.0, 1.0 / step)) if step else 1.0
+    height = max(1, round(size[1] / math.sqrt(n / growth)))
+    return (math.ceil(size[0] * height / size[1]), height), step and step * growth
 
 
 class Request(NamedTuple):

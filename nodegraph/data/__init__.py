@@ -8,10 +8,11 @@ from nodegraph.data.mesh import Mesh
 from nodegraph.data.plane import Plane
 from nodegraph.data.table import Table
 from nodegraph.data.transfer_function import Key, TransferFunction
+from nodegraph.data.transfer_function_2d import Gaussian, TransferFunction2D, Trapezoid
 from nodegraph.data.value import Value
 from nodegraph.data.volume import Grid, Labels, Mapping, Volume
 
 __all__ = [
-    "Buffer", "Camera", "Grid", "Image", "Key", "Labels", "Light", "Mapping", "Mesh", "Plane", "Table",
-    "TransferFunction", "Value", "Volume", "as_buffer",
+    "Buffer", "Camera", "Gaussian", "Grid", "Image", "Key", "Labels", "Light", "Mapping", "Mesh", "Plane", "Table",
+    "TransferFunction", "TransferFunction2D", "Trapezoid", "Value", "Volume", "as_buffer",
 ]  # fmt: skip

@@ -80,6 +80,11 @@ def brick_ranges(volume: Volume, group: int = 1) -> NDArray[np.float64]:
     return ranges
 
 
+def value_ranges(volume: Volume, group: int = 1) -> Volume:
+    """`brick_ranges` as a volume of two components, one voxel for each brick."""
+    return Volume(brick_ranges(volume, group))
+
+
 def visible_bricks(
     ranges: Array, table: Array, lookup: tuple[float, float], threshold: float = 0.0, level: float = 0.0
 ) -> Flags:

@@ -81,3 +81,17 @@ def saves_time(volume: Volume, samples: float, device: Any) -> tuple[bool, str]:
     saved = SECONDS_PER_SAMPLE.get(device.name, 0.0) * samples
     figures = f"{cost * 1e3:.3g} ms to make, {saved * 1e3:.3g} ms less a frame for {samples:.3g} lit samples"
     return cost < FRAMES * saved, f"{figures}, {FRAMES} frames expected"
+
+
+def beforehand(choice: str, volume: Volume, samples: float, device: Any, streamed: bool) -> tuple[bool, str]:
+    """Whether gradients are made once for all voxels, for ``samples`` of them a frame, and why.
+
+    ``choice`` is "automatic", "on_the_fly" or "precomputed"; ``streamed`` volumes are rendered block by block.
+    """
+    if choice != "automatic":
+        return choice == "precomputed", "as is asked for"
+    if np.dtype(device.real).itemsize > 4:
+        return False, "kept in single precision they would spoil double"
+    if streamed:
+        return False, "they would be made for each block in each frame"
+    return saves_time(volume, samples, device)

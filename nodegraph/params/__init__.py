@@ -11,7 +11,7 @@ from nodegraph.params.kinds import kind, kinds, stand_in
 from nodegraph.params.numbers import Bool, Bounded, Float, Int, Interval, Seed, Vector
 from nodegraph.params.parameter import HANDLES, Parameter
 from nodegraph.params.text import Choice, File, Folder, Text
-from nodegraph.params.values import Camera, Light, Plane, TransferFunction
+from nodegraph.params.values import Camera, Light, Plane, TransferFunction, TransferFunction2D
 
 __all__ = [
     "HANDLES",
@@ -33,6 +33,7 @@ __all__ = [
     "Seed",
     "Text",
     "TransferFunction",
+    "TransferFunction2D",
     "Vector",
     "kind",
     "kinds",

@@ -27,6 +27,7 @@ _BUILT_IN: dict[str, type[Parameter]] = {
         values.Light,
         values.Plane,
         values.TransferFunction,
+        values.TransferFunction2D,
         numbers.Seed,
     )
 }

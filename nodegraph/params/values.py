@@ -1,4 +1,4 @@
-"""Parameters whose value is a whole object: Camera, Light, Plane, TransferFunction."""
+"""Parameters whose value is a whole object: Camera, Light, Plane, TransferFunction, TransferFunction2D."""
 
 from __future__ import annotations
 
@@ -88,3 +88,9 @@ class TransferFunction(_Value):
     """How real values become colour and extinction."""
 
     value_type: ClassVar[type] = data.TransferFunction
+
+
+class TransferFunction2D(_Value):
+    """How real values and the steepness of their field become colour and extinction."""
+
+    value_type: ClassVar[type] = data.TransferFunction2D

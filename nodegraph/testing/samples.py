@@ -22,6 +22,7 @@ DIMS = (6, 5, 4)  #: voxels (x, y, z) of the sample grids
 #: Looks at the sample grids from so near that every ray of a small picture may meet them.
 CAMERA = data.Camera(eye=(2.0, -25.0, 3.0))
 TABLE = data.TransferFunction([(0.0, (1.0, 0.5, 0.0), 0.0), (1.0, (1.0, 1.0, 1.0), 0.5)])
+AREAS = data.TransferFunction2D([data.Trapezoid.rectangle((0.0, 1.0), (0.0, 1.0), (1.0, 0.5, 0.0), 0.5)])
 
 _WORLD = np.array([[1.0, 0.0, 0.0, -3.0], [0.0, 1.5, 0.0, -3.0], [0.0, 0.0, 2.0, -4.0], [0.0, 0.0, 0.0, 1.0]])
 
@@ -67,6 +68,8 @@ def arguments(processor: type[Processor], folder: Path, values: Mapping[str, Any
             given[name] = CAMERA
         elif isinstance(parameter, params.TransferFunction) and not parameter.default.keys:
             given[name] = TABLE
+        elif isinstance(parameter, params.TransferFunction2D) and not parameter.default.areas:
+            given[name] = AREAS
     return given
 
 
@@ -134,6 +137,7 @@ def _ordinary(type: type) -> Iterator[Any]:
         data.Light,
         data.Plane,
         lambda: TABLE,
+        lambda: AREAS,
         lambda: 0.5,
         lambda: 2,
         lambda: True,
@@ -183,6 +187,7 @@ def _odd_values(components: int, channels: int) -> Iterator[tuple[type, str, Cal
     yield data.Mesh, "empty mesh", lambda: data.Mesh(np.zeros((0, 3)), np.zeros((0, 3), "i4"))
     yield data.Mesh, "flat triangle", lambda: data.Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))
     yield data.TransferFunction, "empty transfer function", data.TransferFunction
+    yield data.TransferFunction2D, "empty 2-D transfer function", data.TransferFunction2D
     yield data.Table, "empty table", lambda: data.Table({"value": np.zeros(0)})
     yield float, "zero", lambda: 0.0
 
@@ -226,6 +231,8 @@ def _others(parameter: Parameter) -> Iterator[Any]:
         yield data.Plane((1.0, 2.0, 3.0), (1.0, 0.0, 0.0))
     elif isinstance(parameter, params.TransferFunction):
         yield data.TransferFunction([(0.25, (0.0, 0.0, 1.0), 0.1), (0.75, (1.0, 0.0, 0.0), 0.9)])
+    elif isinstance(parameter, params.TransferFunction2D):
+        yield data.TransferFunction2D([data.Gaussian((0.5, 0.1), (0.2, 0.1), (0.0, 0.0, 1.0), 0.9)])
 
 
 def _numbers(parameter: Parameter, start: float) -> Iterator[float]:

@@ -7,10 +7,11 @@ import numpy as np
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.compute import blockwise
 from nodegraph.data import Image, Volume, bricks, preintegration
-from nodegraph.data.gradients import index_gradient, saves_time, visible_samples
+from nodegraph.data.bricks import value_ranges
+from nodegraph.data.gradients import beforehand, index_gradient, visible_samples
 from nodegraph.errors import DeviceError, PortError
 from nodegraph.ports import channels, has_components
-from nodegraph.requests import Request, coarseness
+from nodegraph.requests import Request, coarseness, coarser
 
 MODES = ("composite", "maximum", "first_hit", "iso")
 SURFACES = ("composite", "first_hit", "iso")
@@ -248,9 +249,9 @@ class Raycast(Processor):
             shown = size[0] * size[1]
             if mode == "composite":
                 shown = visible_samples(volume, camera, size, step_length, share)
-            beforehand, why = _beforehand(gradients, volume, shown, device, streamed)
-            explain(f"gradients are {'precomputed' if beforehand else 'taken on the fly'}: {why}")
-            if beforehand:
+            made, why = beforehand(gradients, volume, shown, device, streamed)
+            explain(f"gradients are {'precomputed' if made else 'taken on the fly'}: {why}")
+            if made:
                 # They have a voxel more on each side than what is wired.
                 defines |= {"GRADIENT": 2}
                 if streamed:
@@ -300,29 +301,6 @@ class Raycast(Processor):
         if size != whole:
             result = device.run(ENLARGE, whole, color=result.color, depth=result.depth, full=whole)
         return Image(result.color, result.depth)
-
-
-def _beforehand(gradients, volume, shown, device, streamed):
-    """Whether gradients are made once for all voxels, ``shown`` lit samples a frame, and why."""
-    if gradients != "automatic":
-        return gradients == "precomputed", "as is asked for"
-    if np.dtype(device.real).itemsize > 4:
-        return False, "kept in single precision they would spoil double"
-    if streamed:
-        return False, "they would be made for each block in each frame"
-    return saves_time(volume, shown, device)
-
-
-def coarser(size, step, n):
-    """Size (w, h) and step, voxels, with about one n-th of the work. The step is None where there is none.
-
-    Short steps grow up to a voxel; the rest is saved in pixels, which loses less than longer steps would.
-    """
-    if n == 1:
-        return size, step
-    growth = min(math.sqrt(n), max(1.0, 1.0 / step)) if step else 1.0
-    height = max(1, round(size[1] / math.sqrt(n / growth)))
-    return (math.ceil(size[0] * height / size[1]), height), step and step * growth
 
 
 def cast_sparsely(cast, device, size, tolerance):
@@ -381,11 +359,6 @@ def _exactly(function, level):
 def _gauss(order):
     nodes, weights, before = preintegration.gauss_rule(order)
     return {"nodes": nodes, "weights": weights, "before": before.ravel()}
-
-
-def value_ranges(volume, group=1):
-    """Least and greatest real value of each brick of a volume, or group of bricks, as a volume of two components."""
-    return Volume(bricks.brick_ranges(volume, group))
 
 
 def leaps(ranges, function, what, rows, least, level):

@@ -23,3 +23,10 @@ vec4 classify(field1 table, vec2 lookup, float value) {
 #endif
     return sample1(table, value * lookup.x + lookup.y);
 }
+
+// Transfer function of two variables as a table of (colour times extinction, extinction per mm): columns by value, rows
+// by gradient magnitude. `place` is (column, row). Interpolated colours would fade to black where nothing begins.
+vec4 classify_2d(field2 table, vec2 place) {
+    vec4 matter = sample2(table, place);
+    return matter.w > 0.0 ? vec4(matter.rgb / matter.w, matter.w) : vec4(0.0);
+}

@@ -15,11 +15,11 @@ field3v gradient;
 #if LIT
 uniform Light light;
 uniform Material material;
-uniform mat3 to_eye;                // takes gradients, in the space that they are in, to eye space
 #endif
+#if LIT || defined(BY_GRADIENT)
+uniform mat3 to_eye;                // takes gradients, in the space that they are in, to eye space
 
-#if LIT
-// Gradient at a point of the ray, in eye space, of any length.
+// Gradient at a point of the ray, in eye space; of any length where only its direction is asked for.
 vec3 slope_at(Ray ray, float t) {
 #if GRADIENT
     return transform(to_eye, sample3v(gradient, point_at(ray, t) + float(GRADIENT - 1)).xyz);

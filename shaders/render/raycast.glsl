@@ -1,4 +1,7 @@
 // Emission and absorption along the rays through a scalar volume, segment by segment (docs/decisions/0007-rays.md).
+#ifndef BY_GRADIENT
+#define BY_GRADIENT 0   // 1: what is seen depends on the magnitude of the gradient, too; then gradients are per mm
+#endif
 #include "common/illumination.glsl"
 #include "common/classify.glsl"
 #include "common/bricks.glsl"
@@ -13,7 +16,10 @@
 #define DENSE 0         // 1: nearly all can be seen, so light falls on all segments without a question
 #endif
 
-#if INTEGRATOR != 2
+#if BY_GRADIENT
+field2 table;
+uniform vec4 lookup_2d; // scale and offset from a value to a column of the table, and from a magnitude to a row
+#elif INTEGRATOR != 2
 field1 table;
 #endif
 
@@ -27,7 +33,20 @@ struct Segment {
     vec4 back;      // what the next segment begins with
 };
 
-#if INTEGRATOR != 2
+#if BY_GRADIENT
+vec4 matter_at(Ray ray, float t) {
+    float value = sample3(volume, point_at(ray, t));
+    float column = value * lookup_2d.x + lookup_2d.y;
+    // Gradients are dear, and the outermost columns are empty.
+    if (is_missing(value) || column <= 0.0 || column >= float(size2(table).x - 1)) {
+        return vec4(0.0);
+    }
+    float magnitude = magnitude_of(slope_at(ray, t));
+    return is_missing(magnitude)
+        ? vec4(0.0)
+        : classify_2d(table, vec2(column, magnitude * lookup_2d.z + lookup_2d.w));
+}
+#elif INTEGRATOR != 2
 vec4 matter_at(Ray ray, float t) {
     return classify(table, lookup, sample3(volume, point_at(ray, t)));
 }

@@ -16,7 +16,18 @@ import pytest
 
 from nodegraph import locations
 from nodegraph.compute import language
-from nodegraph.data import Camera, Image, Light, Mapping, Plane, TransferFunction, Volume
+from nodegraph.data import (
+    Camera,
+    Gaussian,
+    Image,
+    Light,
+    Mapping,
+    Plane,
+    TransferFunction,
+    TransferFunction2D,
+    Trapezoid,
+    Volume,
+)
 from nodegraph.data.space import centred
 from nodegraph.shaders import load
 from tests.support.calls import call
@@ -52,6 +63,7 @@ def _pictures(seed: int) -> tuple[Image, Image]:
 VOLUME = _field()
 STORED = Volume((VOLUME.data * 30000).astype("i2"), np.asarray(VOLUME.index_to_world), Mapping(1 / 30000, 0.0, ""))
 GRADIENT = Volume(np.random.default_rng(7).normal(size=(18, 20, 22, 4)).astype("f4"), np.asarray(VOLUME.index_to_world))
+SLOPES = Volume(GRADIENT.data * np.float32(0.02), np.asarray(VOLUME.index_to_world))
 FRONT, BACK = _pictures(11)
 _box = call("geometry.proxy_box", volume=VOLUME, crop=((0.1, 0.1, 0.1), (0.9, 0.8, 0.95)))
 INTERVAL = Image(np.tile(np.float32([120.0, 175.0]), (SIZE[1], SIZE[0], 1)))
@@ -100,8 +112,30 @@ def _integrators() -> list[tuple[str, dict[str, Any]]]:
     return cases
 
 
+AREAS = TransferFunction2D(
+    [
+        Trapezoid((0.1, 0.3), (0.05, 0.7), (0.0, 0.04), 0.5, (0.1, 0.2, 0.9), 0.1),
+        Gaussian((0.6, 0.03), (0.15, 0.02), (0.9, 0.8, 0.6), 0.4),
+    ]
+)
+
+
+def _by_gradient() -> list[tuple[str, dict[str, Any]]]:
+    """Value and gradient magnitude: each integrator lit and not, with gradients wired and not, sparse and dense."""
+    seen = {"volume": VOLUME, "camera": CAMERA, "transfer_function": AREAS, "termination": 1.0}
+    far = TransferFunction2D([Gaussian((0.8, 0.02), (0.03, 0.02), (0.9, 0.3, 0.1), 0.5)])
+    lamp = {"light": Light("point", "world", (40.0, -90.0, 70.0))}
+    cases = [(f"{one}-lit", seen | lamp | {"integrator": one}) for one in ("midpoint", "gauss2", "gauss3")]
+    cases += [(f"{one}-unlit", seen | {"integrator": one, "lit": False}) for one in ("midpoint", "gauss3")]
+    cases += [("wired", seen | {"gradient": SLOPES}), ("interval", seen | {"interval": INTERVAL, "skip": False})]
+    cases += [("dense", seen | {"skip": False, "volume": STORED}), ("early", seen | {"termination": 0.8})]
+    cases += [("precomputed", seen | {"gradients": "precomputed"}), ("sparse", seen | {"transfer_function": far})]
+    return cases
+
+
 CASES: list[tuple[str, str, dict[str, Any]]] = [
     *(("render.raycast", name, values) for name, values in _raycasts() + _integrators()),
+    *(("render.raycast_2d", name, values) for name, values in _by_gradient()),
     ("render.raycast", "orthographic", {
         "volume": VOLUME, "camera": CAMERA.with_(projection="orthographic", height=60.0), "termination": 1.0,
         "transfer_function": FUNCTION}),

@@ -78,6 +78,9 @@ def test_planes_turn_and_objects_mix_by_their_numbers() -> None:
     middle = mixed(a, b, 0.5)
     assert middle.to_json()["keys"][1] == [2.0, [1.0, 0.5, 1.0], 0.5]
     assert mixed(a, data.TransferFunction([(0.0, (0, 0, 0), 1.0)]), 0.5) == a
+    ends = [data.Gaussian((at, 4.0), (1.0, 1.0), (1.0, at / 2, 0.0), 0.5) for at in (0.0, 2.0)]
+    first, last = (data.TransferFunction2D([area]) for area in ends)
+    assert mixed(first, last, 0.5) == data.TransferFunction2D([ends[0]._replace(center=(1.0, 4.0), color=(1, 0.5, 0))])
 
 
 def test_keys_live_in_the_document_and_are_undone(network: Network) -> None:

@@ -22,6 +22,14 @@ LIGHT = data.Light(position=(1.0, 0.0, 0.0), intensity=0.5)
 PLANE = data.Plane((1.0, 2.0, 3.0), (0.0, 1.0, 0.0))
 TABLE = data.TransferFunction([(0.0, (1.0, 0.0, 0.0), 0.0), (10.0, (1.0, 1.0, 1.0), 0.9)])
 
+AREAS = data.TransferFunction2D(
+    [
+        data.Trapezoid((20.0, 40.0), (25.0, 30.0), (0.0, 15.0), 0.2, (1.0, 0.5, 0.0), 0.5),
+        data.Gaussian((60.0, 10.0), (10.0, 3.0), (0.0, 0.5, 1.0), 0.25),
+    ],
+    2.5,
+)
+
 # One line per kind: a declaration, values with their normal form, values that are refused.
 KINDS: list[tuple[Parameter, list[tuple[Any, Any]], list[Any]]] = [
     (
@@ -83,6 +91,7 @@ KINDS: list[tuple[Parameter, list[tuple[Any, Any]], list[Any]]] = [
     (params.Plane(doc=DOC), [(PLANE, PLANE)], [None]),
     (params.Plane(optional=True, doc=DOC), [(None, None), (PLANE, PLANE)], [0]),
     (params.TransferFunction(doc=DOC), [(TABLE, TABLE)], [None, "red"]),
+    (params.TransferFunction2D(doc=DOC), [(AREAS, AREAS)], [None, "red", TABLE]),
 ]
 NAMES = [f"{parameter.kind}{number}" for number, (parameter, _, _) in enumerate(KINDS)]
 

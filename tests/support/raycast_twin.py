@@ -14,6 +14,12 @@ def sample(volume, points):
     return ndimage.map_coordinates(data, np.moveaxis(p, -1, 0), order=1, mode="nearest")
 
 
+def slope(volume, points):
+    """Gradient in the world, per mm, at index-space points (..., 3), from central differences over two voxels."""
+    gradient = np.stack([sample(volume, points + a) - sample(volume, points - a) for a in np.eye(3)], -1) / 2
+    return gradient @ volume.world_to_index[:3, :3]
+
+
 def bounds(volume, camera, size):
     """Index-space origins and directions (h, w, 3), and entry and exit distances in mm (h, w), of all rays."""
     origins = np.empty((size[1], size[0], 3))
@@ -32,9 +38,10 @@ def bounds(volume, camera, size):
     return o, d, directions, entry, exit
 
 
-def composite(volume, transfer_function, camera, size, step, shade=None, depth_opacity=0.5):
+def composite(volume, transfer_function, camera, size, step, shade=None, depth_opacity=0.5, slopes=False):
     """Emission and absorption on the lattice of the eye; returns RGBA (h, w, 4) and depth (h, w). ``step`` in mm.
 
+    With ``slopes`` the transfer function is evaluated at value and gradient magnitude.
     ``shade(points, directions, colors)`` may change the colours (n, 3) at index-space points (n, 3).
     """
     o, d, world, entry, exit = bounds(volume, camera, size)
@@ -53,7 +60,8 @@ def composite(volume, transfer_function, camera, size, step, shade=None, depth_o
         if not on.any():
             continue
         points = o[on] + d[on] * ((k + 0.5) * step)
-        matter = transfer_function.evaluate(sample(volume, points))
+        more = (np.linalg.norm(slope(volume, points), axis=-1),) if slopes else ()
+        matter = transfer_function.evaluate(sample(volume, points), *more)
         color = matter[:, :3] if shade is None else shade(points, world[on], matter[:, :3])
         share = (1 - rgba[on][:, 3]) * -np.expm1(-matter[:, 3] * length[on])
         before = rgba[on][:, 3]
@@ -88,9 +96,7 @@ def phong(volume, camera, light, ambient, diffuse, specular, shininess):
     eye = np.asarray(camera.eye)
 
     def shade(points, directions, colors):
-        axes = np.eye(3)
-        gradient = np.stack([sample(volume, points + a) - sample(volume, points - a) for a in axes], -1) / 2
-        normal = gradient @ volume.world_to_index[:3, :3] @ rotation.T
+        normal = slope(volume, points) @ rotation.T
         length = np.linalg.norm(normal, axis=-1, keepdims=True)
         flat = length[:, 0] == 0
         normal = normal / np.where(length == 0, 1, length)

@@ -37,6 +37,7 @@ WIDGETS: dict[type[params.Parameter], type[Field]] = {
     params.Light: LightField,
     params.Plane: PlaneField,
     params.TransferFunction: TransferFunctionField,
+    params.TransferFunction2D: JsonField,
 }
 
 

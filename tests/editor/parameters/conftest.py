@@ -72,11 +72,20 @@ class Everything(Processor):
         d.TransferFunction([(0.0, (1.0, 0.0, 0.0), 0.0), (500.0, (0.0, 1.0, 0.0), 0.5), (900.0, (0.0, 0.0, 1.0), 1.0)]),
         doc="Values to optics.",
     )
+    areas = params.TransferFunction2D(
+        d.TransferFunction2D(
+            [
+                d.Trapezoid.rectangle((100.0, 400.0), (0.0, 40.0), (1.0, 0.0, 0.0), 0.5, 0.25),
+                d.Gaussian((600.0, 60.0), (60.0, 12.0), (0.0, 1.0, 0.0), 0.8),
+            ]
+        ),
+        doc="Values and gradient magnitudes to optics.",
+    )
     only_two = params.Float(0.0, visible_if={"mode": "two"}, doc="Means something in one mode.")
 
     def process(
         self, volume, amount, free, tiny, count, seed, on, mode, title, notes, path, folder, color, glass, vector,
-        matrix, interval, box, camera, light, plane, maybe, table, only_two,
+        matrix, interval, box, camera, light, plane, maybe, table, areas, only_two,
     ):  # fmt: skip
         return d.Image(np.zeros((2, 2, 4), "f4"))
 

@@ -1,0 +1,204 @@
+"""Cast rays through a volume, classified by value and gradient magnitude."""
+
+import math
+
+import numpy as np
+
+from nodegraph import Bool, Camera, Choice, Float, Input, Int, Light, Output, Processor, TransferFunction2D, data
+from nodegraph.compute import blockwise
+from nodegraph.data import Image, Volume, bricks, preintegration
+from nodegraph.data.bricks import value_ranges
+from nodegraph.data.gradients import beforehand, index_gradient, visible_samples
+from nodegraph.errors import PortError
+from nodegraph.ports import channels, has_components
+from nodegraph.requests import Request, coarseness, coarser
+
+INTEGRATORS = ("midpoint", "gauss2", "gauss3")
+KERNEL, ENLARGE = "render/raycast", "render/enlarge"
+MOSTLY_VISIBLE = 0.95
+"""Where more of the bricks can be seen than that, asking for the others costs more than they do."""
+
+
+class Raycast2D(Processor):
+    """Integrate a scalar volume along the ray of each pixel; what is seen depends on value and gradient magnitude.
+
+    So a boundary is told from the inside of a material of the same value. Rays, segments, light and termination are
+    those of `render.raycast` in composite mode. The magnitude is in value units per mm, of central differences over
+    two voxels. Where it is not a finite number, or the value is not, nothing is seen.
+
+    *midpoint* takes one sample of each segment: order 2 where all is smooth, 1 where the transfer function is steep.
+    *gauss2* and *gauss3* take two and three points by Gauss and Legendre, order 4 and 6 where everything is smooth. The
+    picture converges with the step and with ``table_size``: an edge that is not soft is one cell of the table wide.
+
+    Source: Rezk-Salama 2001, T06, R01; Orhun 2004, OR-26, OR-14; Schlosser 2009, A09, C06.
+    """
+
+    kernels = (KERNEL, ENLARGE)
+
+    volume = Input(Volume, doc="Scalar field.", accepts=[has_components(1)])
+    gradient = Input(
+        Volume,
+        required=False,
+        doc="World-space gradient of the field, per mm; without it, central differences.",
+        accepts=[has_components(3, 4)],
+    )
+    interval = Input(
+        Image,
+        required=False,
+        doc="Entry and exit distances of each ray, mm from the eye; without them, the whole volume.",
+        accepts=[channels(2)],
+    )
+    image = Output(Image, doc="Linear premultiplied RGBA, with depth in mm along the view axis.")
+
+    camera = Camera(doc="Where the eye is.")
+    transfer_function = TransferFunction2D(
+        data.TransferFunction2D([data.Trapezoid.rectangle((0.0, 1.0), (0.1, 1.0), (1.0, 1.0, 1.0), 0.5, 0.5)]),
+        doc="Colour and extinction by value and gradient magnitude.",
+    )
+    integrator = Choice(
+        *INTEGRATORS, quality=INTEGRATORS, doc="How many points of each segment of a ray are looked at."
+    )
+    step = Float(
+        0.5, min=1e-3, max=1e3, soft_min=0.1, soft_max=4.0, unit="voxel", quality="lower",
+        doc="Length of the segments, in units of the least voxel spacing.",
+    )  # fmt: skip
+    table_size = Int(
+        256, min=8, max=2048, quality="higher", reference=2048,
+        doc="Columns and rows of the table that the transfer function is read from.",
+    )  # fmt: skip
+    termination = Float(
+        0.999, min=0.5, max=1.0, quality="higher", reference=1.0,
+        doc="A ray ends when it has hidden this much; the error is at most 1 - termination. 1 casts all of it.",
+    )  # fmt: skip
+    skip = Bool(
+        True, doc="Leave out bricks of 4 voxels whose values are seen at no magnitude. It changes nothing but the time."
+    )
+    gradients = Choice(
+        "automatic", "on_the_fly", "precomputed",
+        doc="Whether differences of voxels are taken at each sample, or once for all of them. It changes nothing but "
+        "time and memory.",
+    )  # fmt: skip
+    depth_opacity = Float(0.5, min=0.0, max=0.999, doc="Depth is where this much is hidden.")
+    lit = Bool(True, doc="Illuminate by the Phong model.")
+    light = Light(visible_if={"lit": True}, doc="The lamp.")
+    ambient = Float(0.15, min=0.0, soft_max=1.0, visible_if={"lit": True}, doc="Light from all around.")
+    diffuse = Float(0.85, min=0.0, soft_max=1.0, visible_if={"lit": True}, doc="Matt reflection.")
+    specular = Float(0.25, min=0.0, soft_max=1.0, visible_if={"lit": True}, doc="Glossy reflection.")
+    shininess = Float(25.0, min=1.0, soft_max=200.0, visible_if={"lit": True}, doc="Narrowness of the gloss.")
+
+    def needs(self, size, quality, wanted, params):
+        small, _ = coarser(size, params["step"], coarseness(quality))
+        # What is above the interval has the size that is cast to go by, and must not be made coarser once more.
+        return {} if small == size else {"interval": Request(small, "final")}
+
+    def process(
+        self, volume, gradient, interval, camera, transfer_function, integrator, step, table_size, termination, skip,
+        gradients, depth_opacity, lit, light, ambient, diffuse, specular, shininess,
+        *, size, quality, device, memo, explain, progress,
+    ):  # fmt: skip
+        whole = size
+        if interval is None or interval.size != whole:
+            # An interval of the whole size, as a script may bring it, leaves no choice.
+            size, step = coarser(whole, step, coarseness(quality))
+        if interval is not None and interval.size != size:
+            raise PortError(f"interval: expected {size[0]}x{size[1]} pixels, got {interval.size[0]}x{interval.size[1]}")
+        if gradient is not None and not gradient.is_same_grid(volume):
+            raise PortError("gradient: it lies on another grid than the volume; compute it from this volume")
+        function = transfer_function
+        step_length = step * float(volume.spacing.min())
+        # Rays start a whole number of steps from the eye, just before the volume: single precision counts from there.
+        steps = max(0.0, math.floor(volume.distance_from(camera) / step_length) - 1.0)
+        # Values are taken relative to one of the field's own, for the same reason.
+        level = volume.origin
+        streamed = blockwise.is_needed(volume, device)
+        to_eye = camera.eye_to_world[:3, :3].T
+        if gradient is None:
+            to_eye = to_eye @ volume.world_to_index[:3, :3].T
+        bindings = {
+            "volume": volume.less(level),
+            "step_length": step_length,
+            "table": function.table(table_size, table_size),
+            "lookup_2d": function.lookup(table_size, table_size, level),
+            "to_eye": to_eye,
+            # A ray must not end before its depth is known.
+            "depth_opacity": depth_opacity,
+            "termination": max(termination, depth_opacity),
+        }
+        defines = {
+            "BY_GRADIENT": True, "INTERVAL": interval is not None, "TERMINATION": termination < 1.0, "LIT": lit,
+            "GRADIENT": 0 if gradient is None else 1, "FINITE": volume.dtype.kind in "iu",
+            "INTEGRATOR": 0 if integrator == "midpoint" else 3,
+        }  # fmt: skip
+        if integrator != "midpoint":
+            defines |= {"ORDER": INTEGRATORS.index(integrator) + 1}
+            nodes, weights, before = preintegration.gauss_rule(defines["ORDER"])
+            bindings |= {"nodes": nodes, "weights": weights, "before": before.ravel()}
+        if interval is not None:
+            bindings |= {"interval": interval, "rounding": 8.0 * float(np.finfo(device.real).eps)}
+        if lit:
+            material = {"ambient": ambient, "diffuse": diffuse, "specular": specular, "shininess": shininess}
+            bindings |= {"light": light.in_eye_space(camera), "material": material}
+
+        visible, share = None, 1.0
+        if skip:
+            ranges = memo(value_ranges, volume, blockwise.GROUP) if streamed else memo(value_ranges, volume)
+            visible = memo(visible_groups, ranges, function, table_size)
+            if visible is None:
+                explain("bricks are not asked for: nearly all of them can be seen")
+                defines |= {"DENSE": lit}
+            else:
+                share = float(visible.mean())
+                bindings |= {"bricks": memo(leaps, ranges, function, table_size)}
+                defines |= {"SKIP": True}
+
+        differentiate = None
+        if gradient is not None:
+            bindings |= {"gradient": gradient}
+        else:
+            shown = visible_samples(volume, camera, size, step_length, share)
+            made, why = beforehand(gradients, volume, shown, device, streamed)
+            explain(f"gradients are {'precomputed' if made else 'taken on the fly'}: {why}")
+            if made:
+                # They have a voxel more on each side than what is wired.
+                defines |= {"GRADIENT": 2}
+                if streamed:
+                    differentiate = index_gradient
+                else:
+                    bindings |= {"gradient": memo(index_gradient, volume)}
+
+        # What a ray costs is its samples; a few hundred are nothing out of the ordinary.
+        samples = float(np.linalg.norm(volume.corners[7] - volume.corners[0])) / step_length
+        # How many turns of loops a ray may take at most, as some drivers count (branches are printed as loops).
+        cost = {"turns": samples * (4.0 if lit else 1.3 if skip else 1.0) + 100, "work": max(samples / 500.0, 0.1)}
+        rays = camera.rays(size, volume.world_to_index, steps * step_length)
+        if streamed:
+            explain("the volume does not fit: it is read and rendered block by block, front to back")
+            for name in ("volume", "gradient", "bricks"):
+                bindings.pop(name, None)
+            reach = step_length * float(np.linalg.norm(volume.world_to_index[:3, :3], axis=1).max())
+            blocks = blockwise.Cast(
+                KERNEL, size, volume, camera, defines, bindings,
+                visible=None if visible is None else blockwise.each_brick(visible, volume.dims),
+                gradient=gradient, differentiate=differentiate,
+                span=reach * (0.0 if integrator == "midpoint" else 0.5), margin=1.5 * reach,
+                differences=gradient is None, level=level,
+                hides=bindings["termination"] if termination < 1.0 else 1.0,
+            )  # fmt: skip
+            result = blockwise.render(blocks, device, progress, camera=rays, **cost)
+        else:
+            result = device.run(KERNEL, size, camera=rays, defines=defines, **cost, **bindings)
+        if size != whole:
+            result = device.run(ENLARGE, whole, color=result.color, depth=result.depth, full=whole)
+        return Image(result.color, result.depth)
+
+
+def visible_groups(ranges, function, table_size):
+    """The bricks, or groups of bricks, with values that are seen at some magnitude; None where nearly all have."""
+    greatest = function.greatest(table_size, table_size)
+    visible = bricks.visible_bricks(ranges.data, greatest, function.lookup(table_size, table_size)[:2])
+    return None if visible.mean() > MOSTLY_VISIBLE else visible
+
+
+def leaps(ranges, function, table_size):
+    """How far a ray may leap from each brick, as a volume."""
+    return Volume(bricks.brick_distances(visible_groups(ranges, function, table_size)))

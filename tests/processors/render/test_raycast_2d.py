@@ -1,0 +1,215 @@
+"""Rays classified by value and gradient magnitude, against closed forms, one dimension and numpy, on each device."""
+
+import numpy as np
+import pytest
+
+from nodegraph.compute import blockwise
+from nodegraph.data import Camera, Gaussian, Light, Mapping, TransferFunction, TransferFunction2D, Trapezoid, Volume
+from nodegraph.data.space import centred
+from nodegraph.errors import PortError
+from tests.support import raycast_twin as twin
+from tests.support.calls import call
+
+SIZE = (24, 20)
+CAMERA = Camera(eye=(30.0, -150.0, 40.0), target=(0, 0, 0), field_of_view=20.0)
+FLAT = Camera(eye=(0.0, -150.0, 0.0), target=(0, 0, 0), projection="orthographic", height=8.0)
+AMBER, BLUE = (0.9, 0.5, 0.1), (0.1, 0.3, 0.9)
+
+
+def render(device, volume, function, camera=CAMERA, size=SIZE, **params):
+    params = {"lit": False, "termination": 1.0} | params
+    return call("render.raycast_2d", device, size, volume=volume, camera=camera, transfer_function=function, **params)
+
+
+def distance(n=32, spacing=1.0):
+    """Distance of voxel centres from the middle of the grid, mm."""
+    at = (np.arange(n) - (n - 1) / 2) * spacing
+    z, y, x = np.meshgrid(at, at, at, indexing="ij")
+    return np.sqrt(x * x + y * y + z * z)
+
+
+def ball(n=32):
+    """A smooth ball of radius 10 mm."""
+    return Volume((1 / (1 + np.exp(distance(n) - 10.0))).astype(np.float32))
+
+
+def turned(dims, spacing):
+    """A grid that is turned, anisotropic, and off the middle of the world."""
+    c, s = np.cos(0.4), np.sin(0.4)
+    turn = np.array([[c, -s, 0, 1.0], [s, c, 0, -2.0], [0, 0, 1, 3.0], [0, 0, 0, 1.0]])
+    return turn @ np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]]) @ centred(dims, spacing)
+
+
+@pytest.mark.parametrize("lit", [False, True], ids=["unlit", "lit"])
+def test_over_all_magnitudes_it_is_the_picture_of_one_dimension(device, lit):
+    """A soft rectangle is four keys; what is left is the error of the table, which falls with its size."""
+    wide = TransferFunction2D([Trapezoid.rectangle((0.2, 0.9), (0.0, 10.0), AMBER, 0.4, 0.5)])
+    keys = [(0.2, AMBER, 0.0), (0.375, AMBER, 0.4), (0.725, AMBER, 0.4), (0.9, AMBER, 0.0)]
+    common = {"volume": ball(), "camera": CAMERA, "lit": lit, "termination": 1.0, "step": 0.5}
+    flat = call("render.raycast", device, SIZE, transfer_function=TransferFunction(keys), table_size=8192, **common)
+    errors = []
+    for size in (32, 512):
+        image = call("render.raycast_2d", device, SIZE, transfer_function=wide, table_size=size, **common)
+        errors.append(np.abs(image.color - flat.color).max())
+    assert errors[0] < 0.05
+    assert errors[1] < 1e-3
+    both = np.isfinite(flat.depth)
+    assert np.array_equal(both, np.isfinite(image.depth))
+    assert np.abs(flat.depth[both] - image.depth[both]).max() < 0.02
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e4])
+def test_a_ramp_has_one_magnitude_in_value_units_per_mm(device, unit):
+    """Through 12 mm of a field that rises by 3 units per mm, the opacity is that of a slab, or nothing."""
+    n, spacing = 12, np.array([0.5, 1.0, 2.0])
+    volume = Volume(
+        np.broadcast_to(np.arange(n), (n, n, n)).astype(np.int16 if unit == 1e4 else np.float32),
+        centred((n, n, n), spacing),
+        Mapping(1.5 * unit, -7.0 * unit, "HU"),
+    )
+    slope = 3.0 * unit
+    camera = FLAT.with_(height=3.0)
+    for low, high, expected in ((0.8, 1.2, 1 - 0.7**12.0), (1.1, 1.5, 0.0), (0.2, 0.9, 0.0)):
+        area = Trapezoid.rectangle((-1e3 * unit, 1e3 * unit), (low * slope, high * slope), AMBER, 0.3)
+        for step in (0.3, 2.0):
+            color = render(device, volume, TransferFunction2D([area]), camera, (5, 5), step=step).color
+            assert np.abs(color[..., 3] - expected).max() < 1e-5
+            assert np.abs(color[..., :3] - expected * np.array(AMBER)).max() < 1e-5
+
+
+@pytest.mark.parametrize("integrator", ["midpoint", "gauss2", "gauss3"])
+def test_a_shell_of_one_magnitude_hides_by_the_length_of_its_chords(device, integrator):
+    """A field that falls by 1 per mm between 9 and 13 mm from the middle, and is flat inside and outside.
+
+    Inside and outside have no gradient, so only the shell is seen, and the values of the inside are in its range.
+    """
+    n, radius, wide = 64, (9.0, 13.0), 40.0
+    field = np.clip(radius[1] - distance(n, 0.5), 0.0, radius[1] - radius[0])
+    volume = Volume(field.astype(np.float32), centred((n, n, n), [0.5] * 3))
+    size = (32, 32)
+    area = Trapezoid.rectangle((-1.0, 5.0), (0.7, 1.3), BLUE, 0.1)
+    image = render(device, volume, TransferFunction2D([area]), FLAT.with_(height=wide), size, integrator=integrator)
+    at = ((np.arange(size[0]) + 0.5) / size[0] - 0.5) * wide
+    x, z = np.meshgrid(at, at)
+    chord = [2 * np.sqrt(np.maximum(r * r - x * x - z * z, 0.0)) for r in radius]
+    expected = 1 - 0.9 ** (chord[1] - chord[0])
+    # Differences over two voxels take the corners of the field off by up to a voxel, 0.5 mm, on either side.
+    error = np.abs(image.color[..., 3] - expected)
+    assert error.mean() < 0.02
+    middle = image.color[15:17, 15:17, 3].mean()
+    rim = image.color[16, np.argmin(np.abs(at - 9.0)), 3]
+    assert middle == pytest.approx(1 - 0.9**8.0, abs=0.06)
+    assert rim > 1.4 * middle, "a shell is most opaque where it is seen along its wall"
+    whole = TransferFunction([(-1, BLUE, 0.0), (0.0, BLUE, 0.0), (0.01, BLUE, 0.1), (5, BLUE, 0.1)])
+    filled = call("render.raycast", device, size, volume=volume, camera=FLAT.with_(height=wide),
+                  transfer_function=whole, lit=False).color[15:17, 15:17, 3].mean()  # fmt: skip
+    assert filled > 1.5 * middle, "by value alone it is a full ball"
+
+
+@pytest.mark.parametrize("lit", [False, True], ids=["unlit", "lit"])
+def test_it_equals_the_numpy_ray_caster(device, rng, lit):
+    dims, spacing = (13, 11, 9), (1.5, 2.0, 2.5)
+    volume = Volume(rng.random(dims[::-1]).astype(np.float32), turned(dims, spacing))
+    function = TransferFunction2D(
+        [Trapezoid((0.1, 0.4), (0.3, 0.9), (0.0, 0.25), 0.6, AMBER, 0.3), Gaussian((0.6, 0.1), (0.1, 0.04), BLUE, 0.5)]
+    )
+    phong = {"ambient": 0.2, "diffuse": 0.7, "specular": 0.3, "shininess": 12.0}
+    light = Light("point", "world", (20, -60, 40))
+    shade = twin.phong(volume, CAMERA, light, **phong) if lit else None
+    expected, depth = twin.composite(volume, function, CAMERA, SIZE, 0.75, shade, slopes=True)
+    params = {"step": 0.5, "lit": lit, "light": light, "table_size": 1024, **phong}
+    image = render(device, volume, function, **params)
+    assert expected[..., 3].max() > 0.5
+    assert np.abs(image.color - expected).max() < 3e-3
+    assert np.abs(image.color - expected).mean() < 1e-4
+    both = np.isfinite(depth) & np.isfinite(image.depth)
+    assert np.mean(np.isfinite(depth) != np.isfinite(image.depth)) < 0.01
+    assert np.median(np.abs(image.depth[both] - depth[both])) < 1e-2
+
+
+SHELL = TransferFunction2D([Trapezoid.rectangle((0.2, 0.8), (0.1, 0.4), AMBER, 0.4, 0.3)])
+
+
+def test_where_gradients_come_from_changes_nothing(device):
+    volume = ball()
+    made = {way: render(device, volume, SHELL, lit=True, gradients=way).color for way in ("on_the_fly", "precomputed")}
+    assert np.abs(made["on_the_fly"] - made["precomputed"]).max() < (1e-6 if device.name == "cl64" else 1e-4)
+    gradient = call("filter.gradient", device, volume=volume)
+    wired = render(device, volume, SHELL, lit=True, gradient=gradient).color
+    assert np.abs(made["on_the_fly"] - wired).max() < 1e-4, "the shell is far from the border"
+
+
+def test_skipping_changes_nothing(device):
+    area = Trapezoid.rectangle((0.5, 0.8), (0.1, 0.4), AMBER, 0.4, 0.3)
+    for lit in (False, True):
+        pictures = [render(device, ball(), TransferFunction2D([area]), lit=lit, skip=skip) for skip in (True, False)]
+        assert np.abs(pictures[0].color - pictures[1].color).max() < 1e-6
+        seen = np.isfinite(pictures[0].depth)
+        assert np.allclose(pictures[0].depth[seen], pictures[1].depth[seen], rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize(("integrator", "skip"), [("midpoint", True), ("gauss3", False)])
+def test_blocks_show_what_one_piece_shows(device, integrator, skip, monkeypatch):
+    params = {"lit": integrator == "midpoint", "integrator": integrator, "skip": skip}
+    whole = render(device, ball(24), SHELL, **params)
+    monkeypatch.setattr(blockwise, "is_needed", lambda volume, device: True)
+    monkeypatch.setattr(blockwise, "block_size", lambda volume, reach, device: 12)
+    blocks = render(device, ball(24), SHELL, **params)
+    assert np.abs(whole.color - blocks.color).max() < (1e-9 if device.name == "cl64" else 1e-4)
+
+
+def test_what_is_not_finite_is_transparent(device):
+    data = np.full((12, 12, 12), 0.5, np.float32)
+    data += np.linspace(0, 1.2, 12, dtype=np.float32)
+    everything = TransferFunction2D([Trapezoid.rectangle((-5.0, 5.0), (0.0, 5.0), AMBER, 0.3)])
+    camera = FLAT.with_(height=6.0)
+    full = render(device, Volume(data), everything, camera, (6, 6)).color[..., 3]
+    data = data.copy()
+    data[:, 5:7] = (np.nan, np.inf, -np.inf, *[np.nan] * 9)
+    holed = render(device, Volume(data), everything, camera, (6, 6)).color[..., 3]
+    assert np.isfinite(holed).all()
+    assert full.min() == pytest.approx(1 - 0.7**12, abs=1e-5)
+    # Beside what is missing gradients are, too: two planes, one on either side, and one that differences reach.
+    assert np.all(holed < 1 - 0.7**8)
+    assert np.all(holed > 1 - 0.7**5)
+
+
+def test_values_far_from_zero_are_seen_alike(device):
+    volume = ball()
+    far = Volume(volume.data, np.asarray(volume.index_to_world), Mapping(1.0, 1e5, ""))
+    (area,) = SHELL.areas
+    moved = TransferFunction2D([area._replace(bottom=(1e5 + 0.2, 1e5 + 0.8), top=(1e5 + 0.2, 1e5 + 0.8))])
+    assert np.abs(render(device, volume, SHELL).color - render(device, far, moved).color).max() < 1e-4
+
+
+def test_an_empty_function_and_thin_volumes(device):
+    assert not render(device, ball(), TransferFunction2D()).color.any()
+    inside = TransferFunction2D([Trapezoid.rectangle((0.0, 1.0), (0.0, 1.0), AMBER, 0.3)])
+    for shape in ((1, 1, 1), (1, 8, 8), (8, 1, 8)):
+        color = render(device, Volume(np.full(shape, 0.5, np.float32)), inside, FLAT.with_(height=0.9), (3, 3)).color
+        assert color[1, 1, 3] == pytest.approx(1 - 0.7 ** shape[1], abs=1e-5)
+
+
+def test_a_ray_ends_where_enough_is_hidden(gl):
+    exact = render(gl, ball(), SHELL, step=0.1)
+    early = render(gl, ball(), SHELL, step=0.1, termination=0.9)
+    error = np.abs(exact.color - early.color).max()
+    assert 0.0 < error <= 0.1
+    assert np.array_equal(np.isfinite(exact.depth), np.isfinite(early.depth))
+
+
+@pytest.mark.parametrize("n", [4, 16])
+def test_a_coarser_picture_shows_the_same_view_in_the_size_that_was_asked_for(gl, n):
+    size = (96, 80)
+    final, coarse = (render(gl, ball(), SHELL, size=size, quality=q) for q in ("final", f"interactive/{n}"))
+    assert coarse.size == final.size == size
+    assert np.abs(final.color - coarse.color).mean() < 0.03
+
+
+def test_inputs_that_do_not_fit_are_refused(gl):
+    other = Volume(np.zeros((4, 4, 4, 3), np.float32))
+    with pytest.raises(PortError, match="another grid"):
+        render(gl, ball(), SHELL, gradient=other)
+    interval = call("render.entry_exit_points", gl, (8, 8), geometry=call("geometry.proxy_box", volume=ball()))
+    with pytest.raises(PortError, match="24x20"):
+        render(gl, ball(), SHELL, interval=interval)
