@@ -11,6 +11,7 @@ from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPainter, QRe
 from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
 
 from nodegraph.data import Image, Volume
+from nodegraph.editor.views.handles import Handles
 from nodegraph.editor.views.icons import IconButton
 from nodegraph.editor.views.interactors import CameraInteractor, CutInteractor, Interactor
 from nodegraph.editor.views.navigation import AXES
@@ -59,6 +60,8 @@ class ViewWidget(QWidget):
         self.area.setMouseTracking(True)
         self.setMouseTracking(True)
         self.area.overlays.append(self._paint)
+        self.handles = Handles(self)
+        self.tools.append(self.handles)
         self.readout = Readout(self)
         self._facts = StatusLine(self, quiet=True)
         self._lay_out()
@@ -133,6 +136,9 @@ class ViewWidget(QWidget):
             entry = self._entry("Orthographic\t5", self.switch_projection)
             entry.setCheckable(True)
             entry.setChecked(camera is not None and camera.orthographic)
+            entry = self._entry("Handles of the selection\tH", self.handles.toggle)
+            entry.setCheckable(True)
+            entry.setChecked(self.handles.shown)
 
     def _entry(self, text: str, act: Callable[[], object]) -> QAction:
         entry = self._menu.addAction(text)

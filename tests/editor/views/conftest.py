@@ -66,7 +66,16 @@ class Cut(Processor):
         return Image(grey)
 
 
-OWN = {"trial.block": Block, "trial.ball": Ball, "trial.cut": Cut}
+class Level(Processor):
+    """A plane that is computed."""
+
+    plane = Output(data.Plane, doc="The plane.")
+
+    def process(self):
+        return data.Plane((5.0, 9.0, 11.0), (0.0, 1.0, 0.0))
+
+
+OWN = {"trial.block": Block, "trial.ball": Ball, "trial.cut": Cut, "trial.level": Level}
 
 
 def find(id: str) -> type[Processor]:
