@@ -216,9 +216,9 @@ class ParameterPanel(QScrollArea):
         paths = [path for path in self.session.selection if path in self.session.network]
         before = {**self._kept, **self.sections}
         shown = {path: before.pop(path) for path in paths[:MOST_NODES] if self._holds(path, before.get(path))}
-        for section in before.values():
-            if section in self.sections.values():
-                self._put_aside(section)
+        for old in before.values():
+            if old in self.sections.values():
+                self._put_aside(old)
         gone = [path for path, section in before.items() if not self._holds(path, section)]
         gone += [path for path in before if path not in gone][: max(0, len(before) - len(gone) - KEPT)]
         for path in gone:
