@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -67,18 +68,17 @@ def cameras_of(network: Network, view: str) -> list[str]:
 
 
 def upstream(flat: Flat, view: str) -> Iterator[FlatNode]:
-    """A node and everything that it needs, nearest first."""
+    """A node and everything that it needs, what is wired to parameters included, nearest first."""
     waiting, seen = [view], {view}
     while waiting:
         node = flat.nodes.get(waiting.pop(0))
         if node is None:
             continue
         yield node
-        for sources in node.sources.values():
-            for path, _ in sources:
-                if path not in seen:
-                    seen.add(path)
-                    waiting.append(path)
+        for path, _ in (*itertools.chain(*node.sources.values()), *node.wired.values()):
+            if path not in seen:
+                seen.add(path)
+                waiting.append(path)
 
 
 def things_of(network: Network, view: str) -> list[str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -164,11 +164,17 @@ def _with_range(knob: Knob, scoped: links.Scoped, shared: tuple[str, ...]) -> Kn
 
 def copy_of(network: Network) -> Network:
     """An independent copy of a whole document; processors that are in no registry stay what they are."""
+    return snapshot(network)()
+
+
+def snapshot(network: Network) -> Callable[[], Network]:
+    """A document as it is now; called, on any thread and as often as one likes, it makes a copy of that."""
     from nodegraph import workspace
 
     root = network.root
     present = {node.type: node.processor for node in root.walk() if node.processor is not None}
-    return workspace.loads(workspace.dumps(root), find=lambda id: present.get(id) or root.find(id))
+    find, text = root.find, workspace.dumps(root)
+    return lambda: workspace.loads(text, find=lambda id: present.get(id) or find(id))
 
 
 def applied(network: Network, settings: Mapping[str, Any]) -> Network:
@@ -177,6 +183,16 @@ def applied(network: Network, settings: Mapping[str, Any]) -> Network:
     for place, value in settings.items():
         copy.set(place, value)
     return copy
+
+
+def changes(network: Network, view: str, settings: Settings) -> Settings:
+    """Those of some settings that would change a network, and that mean something above a view beside the others."""
+    shown = find_knobs(applied(network, settings), view).knobs
+    return {
+        knob.place: settings[knob.place]
+        for knob in shown
+        if knob.place in settings and settings[knob.place] != network.get(knob.place)
+    }
 
 
 def encoded(network: Network, settings: Mapping[str, Any]) -> dict[str, Any]:

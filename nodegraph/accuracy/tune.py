@@ -18,7 +18,7 @@ from nodegraph.accuracy.descent import Rank, combinations_of_choices, descend, i
 from nodegraph.accuracy.front import pareto
 from nodegraph.accuracy.reference import BOUND, Reference, reference
 from nodegraph.accuracy.running import Cancelled, Show
-from nodegraph.accuracy.settings import Knob, Settings, applied, find_knobs, require_value
+from nodegraph.accuracy.settings import Knob, Settings, applied, changes, find_knobs, require_value
 from nodegraph.accuracy.tries import Tried, Tries
 from nodegraph.errors import CommandError, ParameterError
 from nodegraph.params import Bounded
@@ -78,6 +78,13 @@ class Tuned:
         """The error on all cameras, those of the search and the others."""
         seen = [self.best, *([self.held_out] if self.held_out is not None else [])]
         return max(tried.errors.get(self.figure, math.inf) for tried in seen)
+
+    @property
+    def front(self) -> list[Tried]:
+        """The front of what was tried on all cameras of the search, from the fastest on."""
+        most = max((len(one.cameras) for one in self.tried), default=0)
+        front = [one for one in self.tried if one.front and len(one.cameras) == most]
+        return sorted(front, key=lambda one: one.seconds)
 
     def summary(self) -> str:
         """One sentence: what was found, and whether it is what was asked for."""
@@ -205,8 +212,7 @@ class _Search:
             self.limit = _tightened(self.limit, max_error, asked.error(trial))
             self.budget = _tightened(self.budget, asked.seconds, trial.seconds)
         before = tries.of({}, numbers, repeats)
-        present = {knob.place: knob.value for knob in find_knobs(applied(self.network, best.settings), self.view).knobs}
-        changed = {place: best.settings[place] for place in present if self._differs(place, best.settings)}
+        changed = changes(self.network, self.view, best.settings)
         return Tuned(
             changed, best, before, trial, met, self._with_front(), tries.figure, max_error, budget_ms,
             self.size, self._device(), tries.units, left_out, self._notes(), rounds,
@@ -275,10 +281,6 @@ class _Search:
         if self.budget is not None:
             over = max(over, _excess(tried.seconds, self.budget))
         return over, tried.seconds + UNFELT if self.limit is not None else error
-
-    def _differs(self, place: str, settings: Settings) -> bool:
-        value = self.network.get(place)
-        return bool(place in settings and settings[place] != value)
 
     def _device(self) -> str:
         used = self.tries.engine.device_in_use

@@ -185,15 +185,14 @@ def _tell(found: Tuned, written: bool, arguments: argparse.Namespace) -> None:
 
 
 def _front(found: Tuned) -> list[str]:
-    """The front of what was tried on all cameras of the search, from the fastest on."""
+    """The front, a line each, with the settings in which they differ."""
     from nodegraph.accuracy.points import text
 
-    most = max((len(one.cameras) for one in found.tried), default=0)
-    front = [one for one in found.tried if one.front and len(one.cameras) == most]
+    front = found.front
     places = dict.fromkeys(place for one in front for place in one.settings)
     places = {place: None for place in places if len({repr(one.settings.get(place)) for one in front}) > 1}
     lines = []
-    for one in sorted(front, key=lambda one: one.seconds):
+    for one in front:
         shown = ", ".join(f"{place}={text(one.settings[place])}" for place in places if place in one.settings)
         error = one.errors.get(found.figure, float("inf"))
         lines.append(f"front: {1e3 * one.seconds:8.3g} ms  {found.figure} {error:.3g}  {shown or 'as it is'}")

@@ -7,15 +7,68 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
+
+from nodegraph.accuracy.running import Cancelled, Show
 
 if TYPE_CHECKING:
     from nodegraph.evaluation import Evaluation
     from nodegraph.report import Report
 
 T = TypeVar("T")
+
+
+class Task(Generic[T]):
+    """Something that takes seconds or minutes, on a thread of its own; `cancel` it at any time.
+
+    ``function`` gets ``show(text, fraction or None)`` to say how far it is and ``cancelled()`` to ask whether to stop.
+    Of what it shows, the window hears the newest: ``told(text, fraction)``.
+    """
+
+    def __init__(
+        self,
+        mailbox: Mailbox,
+        function: Callable[[Show, Cancelled], T],
+        told: Callable[[str, float | None], object],
+        then: Callable[[T | BaseException], object],
+    ) -> None:
+        self._mailbox, self._told = mailbox, told
+        self._stop = threading.Event()
+        self._news: tuple[str, float | None] | None = None
+        self._thread = threading.Thread(target=self._run, args=(function, then), name="nodegraph-task", daemon=True)
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Tell it to stop, which it does soon; returns at once."""
+        self._stop.set()
+
+    def join(self) -> None:
+        """Wait until it has ended."""
+        self._thread.join()
+
+    def _run(self, function: Callable[[Show, Cancelled], T], then: Callable[[T | BaseException], object]) -> None:
+        outcome: T | BaseException
+        try:
+            outcome = function(self._show, self._stop.is_set)
+        except BaseException as error:
+            outcome = error
+        self._mailbox.post(lambda: self._end(then, outcome))
+
+    def _show(self, text: str, fraction: float | None) -> None:
+        first, self._news = self._news is None, (text, fraction)
+        if first:
+            self._mailbox.post(self._speak)
+
+    def _speak(self) -> None:
+        news, self._news = self._news, None
+        if news is not None and not self._stop.is_set():
+            self._told(*news)
+
+    def _end(self, then: Callable[[T | BaseException], object], outcome: T | BaseException) -> None:
+        self._mailbox.ended(self)
+        then(outcome)
 
 
 class Mailbox(QObject):
@@ -33,6 +86,7 @@ class Mailbox(QObject):
         self._closed = False
         self._evaluations: queue.SimpleQueue[tuple[Evaluation, Callable[[Any], object]] | None] = queue.SimpleQueue()
         self._workers = ThreadPoolExecutor(2, thread_name_prefix="nodegraph-beside")
+        self._tasks: list[Task[Any]] = []
         self._waiter = threading.Thread(target=self._wait, name="nodegraph-waiter", daemon=True)
         self._woken.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
         self._waiter.start()
@@ -63,14 +117,38 @@ class Mailbox(QObject):
         if not self._closed:
             self._workers.submit(act)
 
+    def begin(
+        self,
+        function: Callable[[Show, Cancelled], T],
+        told: Callable[[str, float | None], object],
+        then: Callable[[T | BaseException], object],
+    ) -> Task[T]:
+        """Begin a task; ``then`` is called on the window's thread with its outcome, or with what it raised."""
+        task = Task(self, function, told, then)
+        self._tasks.append(task)
+        return task
+
+    def ended(self, task: Task[Any]) -> None:
+        """Forget a task."""
+        self._tasks.remove(task)
+
+    def cancel(self) -> None:
+        """Tell all tasks to stop."""
+        for task in self._tasks:
+            task.cancel()
+
     def close(self) -> None:
         """Deliver nothing any more and end the threads."""
+        self.cancel()
         with self._lock:
             self._closed = True
             self._letters.clear()
         self._evaluations.put(None)
         self._workers.shutdown(wait=True, cancel_futures=True)
         self._waiter.join()
+        for task in self._tasks:
+            task.join()
+        self._tasks.clear()
 
     def _wait(self) -> None:
         # The engine works one by one in order, so waiting in order delays nobody.

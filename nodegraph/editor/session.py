@@ -6,8 +6,7 @@ works on a thread of its own. Whatever it says arrives here, on the thread of th
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -20,16 +19,17 @@ from PySide6.QtGui import QImage
 from nodegraph import workspace
 from nodegraph.commands import Command, SetUI
 from nodegraph.editor import garbage
-from nodegraph.editor.channels import Channel
-from nodegraph.editor.mailbox import Mailbox
-from nodegraph.editor.states import States
+from nodegraph.editor.channels import Channels
+from nodegraph.editor.mailbox import Mailbox, Task
+from nodegraph.editor.states import Running, States
 from nodegraph.engine import Engine
-from nodegraph.errors import Cancelled, GraphError, one_sentence
+from nodegraph.errors import GraphError
 from nodegraph.network import Network, Node
 from nodegraph.rebinding import Rebind
 from nodegraph.report import Event, Report, State
 
 if TYPE_CHECKING:
+    from nodegraph.accuracy.running import Cancelled, Show
     from nodegraph.flat import Flat
     from nodegraph.history import History
 
@@ -56,7 +56,8 @@ class Session(QObject):
     started = Signal(str)  # node path
     progressed = Signal(str, float, str)  # node path, fraction, text
     finished = Signal(object)  # Report, also a partial one with the preview of a node
-    answered = Signal(object, object)  # channel, Report: the end of what was asked there
+    answered = Signal(object, object)  # channel, Report: the end of what was asked there, at session.quality(channel)
+    previewed = Signal(object, object)  # channel, dict[str, value]: what its sink may show until it is answered
     values_changed = Signal(object)  # set[str] of node paths
     states_changed = Signal()
     message = Signal(object)  # Message
@@ -69,16 +70,17 @@ class Session(QObject):
         self.report = Report()
         self.level = ""
         self.network: Network
-        self._channels: dict[object, Channel] = {}
-        self._mail = Mailbox(self)
+        self.mail = Mailbox(self)
+        self.states: States
+        self._channels = Channels(self)
+        self._precise: Engine | None = None
         self._told: dict[str, str] = {}
         self._selected: list[Node] = []
-        self._states: States
         self._gestures = 0
         # Many commands may come within one event of the mouse; the views are asked once, when it is over.
         self._soon = QTimer(self)
         self._soon.setSingleShot(True)
-        self._soon.timeout.connect(self._ask_views)
+        self._soon.timeout.connect(self._channels.refresh)
         self._adopt(network if network is not None else Network())
 
     # -- the document -------------------------------------------------------------------------------------------
@@ -212,16 +214,19 @@ class Session(QObject):
     def close(self) -> None:
         """Cancel what runs and free every thread and device."""
         self._soon.stop()
+        self.mail.cancel()
         self._channels.clear()
         self._forget_document()
         self.engine.close(5.0)
-        self._mail.close()
+        if self._precise is not None:
+            self._precise.close(5.0)
+        self.mail.close()
 
     # -- results ------------------------------------------------------------------------------------------------
 
     def state(self, path: str) -> State:
         """State of a node, with the reason; that of a group is the worst one inside."""
-        return self._states.of(path)
+        return self.states.of(path)
 
     def value(self, path: str, output: str) -> Any | None:
         """What an output holds, as far as it is kept. It may lie on a device: read its numbers off this thread only."""
@@ -234,35 +239,43 @@ class Session(QObject):
             return result.values[source[1]]
         return self.report.values.get(source)
 
-    def watch(self, channel: object, sink: str, size: tuple[int, int]) -> None:
-        """Keep a sink up to date until `unwatch`: ask now and after every change. `answered` brings each report."""
-        self.ask(sink, size, "interactive" if self.in_gesture else "final", channel)
-        self._channels[channel].watched = True
+    def watch(self, channel: object, sink: str, size: tuple[int, int] | None) -> None:
+        """Keep a sink up to date until `unwatch`: ask now and after every change. `answered` brings each report.
+
+        While a gesture is open, pictures come as finely as the budget allows; at rest, finer and finer until final.
+        """
+        self._channels.watch(channel, sink, size)
 
     def watches(self, channel: object) -> bool:
         """Whether a channel shows something that is kept up to date: a view, not a passing question."""
-        return channel in self._channels and self._channels[channel].watched
+        slot = self._channels.of(channel)
+        return slot is not None and slot.watched
+
+    def quality(self, channel: object) -> str:
+        """The level of what was answered last on a channel, or runs there now: "final", or "interactive/n"."""
+        slot = self._channels.of(channel)
+        return slot.quality if slot is not None else "final"
+
+    @property
+    def budget_ms(self) -> float:
+        """Milliseconds that a picture may take while something moves; views that move together share it."""
+        return self._channels.budget_ms
+
+    @budget_ms.setter
+    def budget_ms(self, value: float) -> None:
+        self._channels.budget_ms = value
+
+    def running(self, channel: object) -> Running | None:
+        """The node that runs for a channel now, and how far it is; None where none does."""
+        return self.states.running(channel)
 
     def unwatch(self, channel: object) -> None:
         """Stop asking for what a channel shows, and cancel what runs for it."""
-        gone = self._channels.pop(channel, None)
-        if gone is not None and gone.running is not None:
-            self._states.stop(channel)
-            gone.running.cancel()
+        self._channels.drop(channel)
 
     def ask(self, sink: str, size: tuple[int, int] | None, quality: str = "final", channel: object = None) -> None:
-        """Evaluate a sink off this thread. A newer question on the same channel (default: the sink) supersedes it.
-
-        An interactive evaluation that runs is let go on for a moment when another comes, so that a drag shows pictures
-        instead of cancelling each one.
-        """
-        name = sink if channel is None else channel
-        slot = self._channels.setdefault(name, Channel(sink))
-        slot.sink, slot.size = sink, size
-        if slot.may_wait(quality):
-            slot.pending = quality
-        else:
-            self._start(name, slot, quality)
+        """Evaluate a sink once, off this thread. A newer question on the channel (default: the sink) supersedes it."""
+        self._channels.ask(sink if channel is None else channel, sink, size, quality)
 
     def retry(self) -> None:
         """Try again what failed, although nothing it depends on has changed."""
@@ -287,7 +300,23 @@ class Session(QObject):
 
     def work(self, function: Callable[[], T], callback: Callable[[T | None], object]) -> None:
         """Run a function beside the window and call back on the window's thread, with None where it raised."""
-        self._mail.work(function, callback)
+        self.mail.work(function, callback)
+
+    def begin_task(
+        self,
+        function: Callable[[Show, Cancelled], T],
+        told: Callable[[str, float | None], object],
+        then: Callable[[T | BaseException], object],
+    ) -> Task[T]:
+        """Run something long beside the window; see `Task`. It ends with the session."""
+        return self.mail.begin(function, told, then)
+
+    @property
+    def precise(self) -> Engine:
+        """An engine in double precision, for references. It computes nothing before it is asked."""
+        if self._precise is None:
+            self._precise = Engine("cl64")
+        return self._precise
 
     def note(self, key: str, value: Any) -> None:
         """Keep something about the window in the document's ``ui``; that is no step that anybody would undo."""
@@ -297,17 +326,15 @@ class Session(QObject):
 
     def _adopt(self, network: Network) -> None:
         self._forget_document()
-        for slot in self._channels.values():
-            if slot.running is not None:
-                slot.running.cancel()
-        self._channels.clear()
+        if hasattr(self, "states"):
+            self._channels.clear()
         self.network = network
         self.report = Report()
         self.level = ""
         self._gestures = 0
         self._selected = []
         self._told = {}
-        self._states = States(network)
+        self.states = States(network)
         self.history.observers.append(self._on_change)
         self.replaced.emit()
         self.selected.emit(())
@@ -329,72 +356,34 @@ class Session(QObject):
             self.states_changed.emit()
             self._soon.start()
 
-    def _ask_views(self) -> None:
-        quality = "interactive" if self.in_gesture else "final"
-        for name, slot in list(self._channels.items()):
-            if slot.watched:
-                self.ask(slot.sink, slot.size, quality, name)
+    # -- what channels bring --------------------------------------------------------------------------------------
 
-    def _start(self, name: object, slot: Channel, quality: str) -> None:
-        self._states.stop(name)
-        slot.pending = ""
-        slot.ticket = ticket = object()  # the engine may speak before `submit` has returned
-        try:
-            flat = self.network.flatten()
-            evaluation = self.engine.submit(
-                self.network,
-                slot.sink,
-                size=slot.asked_size(quality),
-                quality=quality,
-                on_event=lambda event: self._mail.post(partial(self._on_event, name, ticket, event)),
-                channel=(id(self), name),
-            )
-        except GraphError as error:
-            self.tell("error", str(error))
-            return
-        slot.running, slot.quality, slot.since = evaluation, quality, time.monotonic()
-        self._mail.wait_for(evaluation, partial(self._on_end, name, ticket, flat))
-
-    def _on_event(self, name: object, ticket: object, event: Event) -> None:
-        slot = self._channels.get(name)
-        if slot is None or slot.ticket is not ticket:
-            return
+    def take_event(self, name: object, event: Event) -> None:
+        """Tell that a node began, goes on, ended or says something, in an evaluation for a channel."""
         if event.kind == "started":
-            self._states.start(name, event.path)
+            self.states.start(name, event.path)
             self.started.emit(event.path)
         elif event.kind == "progress":
-            self._states.progress(event.path, event.fraction, event.text)
+            self.states.progress(event.path, event.fraction, event.text)
             self.progressed.emit(event.path, event.fraction, event.text)
-        elif event.kind == "preview":
-            values = {(event.path, output): value for output, value in event.values.items()}
-            shown = {slot.sink: dict(event.values)} if event.path == slot.sink else {}
-            self.finished.emit(Report(values=values, shown=shown, states={event.path: State("running")}))
         elif event.kind == "finished":
-            self._states.stop(name, event.path)
+            self.states.stop(name, event.path)
             self.progressed.emit(event.path, 1.0, "")
         elif event.kind == "note" and event.text:
             self.tell("info", event.text, event.path)
 
-    def _on_end(self, name: object, ticket: object, flat: Flat, outcome: Report | BaseException) -> None:
-        slot = self._channels.get(name)
-        if slot is None or slot.ticket is not ticket:
-            return
-        slot.running = None
-        self._states.stop(name)
-        if isinstance(outcome, Report):
-            slot.learn(outcome)
-            self._take(name, flat, outcome)
-        elif not isinstance(outcome, Cancelled):
-            self.tell("error", one_sentence(outcome))
-        self.states_changed.emit()
-        slot = self._channels.get(name)
-        if slot is not None and slot.running is None and slot.pending:
-            self._start(name, slot, slot.pending)
+    def take_preview(self, name: object, path: str, values: Mapping[str, Any], shown: dict[str, Any]) -> None:
+        """Tell what a node that still runs has so far; ``shown``: what of it the sink of the channel shows."""
+        given = {(path, output): value for output, value in values.items()}
+        self.finished.emit(Report(values=given, states={path: State("running")}))
+        if shown:
+            self.previewed.emit(name, shown)
 
-    def _take(self, name: object, flat: Flat, report: Report) -> None:
+    def take(self, name: object, flat: Flat, report: Report) -> None:
+        """Tell of the end of an evaluation; what failed becomes a message, once."""
         if self.watches(name):
             self.report = report
-        self._states.learn(flat, report)
+        self.states.learn(flat, report)
         for path in report.states:
             text = str(report.errors[path]) if path in report.errors else ""
             if text and self._told.get(path) != text:

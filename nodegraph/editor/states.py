@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from nodegraph.errors import GraphError
 from nodegraph.report import State
@@ -15,6 +15,15 @@ if TYPE_CHECKING:
 WORST_FIRST = ("failed", "blocked", "running", "dirty", "clean")
 
 
+class Running(NamedTuple):
+    """A node that runs: for which channel, how far it is (0..1; 0 also where it does not say), and with what."""
+
+    channel: object
+    path: str
+    fraction: float = 0.0
+    text: str = ""
+
+
 class States:
     """What is known of the nodes of one network.
 
@@ -25,7 +34,7 @@ class States:
     def __init__(self, network: Network) -> None:
         self.network = network
         self._known: dict[str, tuple[FlatNode, State]] = {}
-        self._running: dict[str, tuple[object, float, str]] = {}
+        self._running: dict[str, Running] = {}
         self._made: dict[str, State] = {}
         self._made_for: tuple[int, int] | None = None
         self._count = 0
@@ -39,18 +48,22 @@ class States:
 
     def start(self, channel: object, path: str) -> None:
         """Note that a node runs for a channel."""
-        self._running[path] = (channel, 0.0, "")
+        self._running[path] = Running(channel, path)
 
     def progress(self, path: str, fraction: float, text: str) -> None:
         """Note how far a running node is."""
         if path in self._running:
-            self._running[path] = (self._running[path][0], fraction, text)
+            self._running[path] = self._running[path]._replace(fraction=fraction, text=text)
 
     def stop(self, channel: object, path: str = "") -> None:
         """Note that a node, or everything, no longer runs for a channel."""
-        for name, (owner, _, _) in list(self._running.items()):
-            if owner == channel and path in ("", name):
+        for name, one in list(self._running.items()):
+            if one.channel == channel and path in ("", name):
                 del self._running[name]
+
+    def running(self, channel: object) -> Running | None:
+        """The node that runs for a channel: the last that began."""
+        return next((one for one in reversed(self._running.values()) if one.channel == channel), None)
 
     def of(self, path: str) -> State:
         """State of a node; that of a group is the worst one inside, with the place."""
@@ -70,8 +83,8 @@ class States:
 
     def _plain(self, path: str) -> State:
         if path in self._running:
-            _, fraction, text = self._running[path]
-            return State("running", text or (f"{fraction:.0%}" if fraction else ""))
+            one = self._running[path]
+            return State("running", one.text or (f"{one.fraction:.0%}" if one.fraction else ""))
         key = (self.network.root.revision, self._count)
         if self._made_for != key:
             self._made = self._all(self.network.flatten())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,13 @@ import pytest
 from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 
-from nodegraph import Network
+from nodegraph import Float, Network, Output, Processor, registry
 from nodegraph.commands import Add, Mute, Remove, Rename, Set, SetUI
 from nodegraph.data import Image, Volume
-from nodegraph.editor.channels import SCALES, Channel
+from nodegraph.editor.channels import Channel
 from nodegraph.editor.session import Message, Session
 from nodegraph.report import Report
+from nodegraph.requests import coarseness
 
 
 def small() -> Network:
@@ -85,7 +87,6 @@ def test_a_drag_is_one_step_and_ends_in_final_quality(shown: Session, qtbot: QtB
                 shown.do(Set("blur.sigma", sigma))
     with qtbot.waitSignal(shown.answered, timeout=20000):
         pass
-    assert asked[0] == "interactive"
     assert asked[-1] == "final"
     shown.undo()
     assert shown.network.get("blur.sigma") == 1.0
@@ -176,16 +177,73 @@ def test_open_and_save(session: Session, heard: list[Message], tmp_path: Path) -
     assert heard[-1].level == "error"
 
 
-def test_a_drag_is_let_show_pictures_and_learns_their_size() -> None:
+class Listens(Processor):
+    """A picture that holds the level it was made at; it takes a second's worth of work."""
+
+    gain = Float(1.0, doc="Changes the picture.")
+    image = Output(Image, doc="One pixel.")
+
+    def process(self, gain, *, quality, size):
+        time.sleep(0.3 / coarseness(quality))
+        return Image(np.full((*size[::-1], 1), coarseness(quality), "f4"))
+
+
+@pytest.fixture
+def paced(session: Session) -> tuple[Session, list[int]]:
+    """A session that watches a picture which listens to the level, and the levels of what it was shown."""
+    Listens.id = "trial.listens"
+    network = Network(lambda id: Listens if id == "trial.listens" else registry.find(id))
+    network.add("trial.listens", "listens")
+    session.adopt(network)
+    seen: list[int] = []
+
+    def take(channel: object, report: Report) -> None:
+        seen.append(int(report.values["listens", "image"].color.max()))
+
+    session.answered.connect(take)
+    session.watch("test", "listens", (4, 4))
+    return session, seen
+
+
+def test_at_rest_a_picture_comes_at_once_and_is_refined(paced: tuple[Session, list[int]], qtbot: QtBot) -> None:
+    session, seen = paced
+    qtbot.waitUntil(lambda: seen[-1:] == [1], timeout=10000)
+    assert seen == [64, 16, 4, 1]
+    session.retry()  # nothing has changed, so nothing coarse is shown again
+    qtbot.waitUntil(lambda: len(seen) == 5, timeout=10000)
+    assert seen[-1] == 1
+
+
+def test_a_drag_keeps_its_budget_and_ends_in_final(paced: tuple[Session, list[int]], qtbot: QtBot) -> None:
+    session, seen = paced
+    qtbot.waitUntil(lambda: seen[-1:] == [1], timeout=10000)
+    session.budget_ms = 50
+    seen.clear()
+    with session.gesture("drag"):
+        for gain in range(12):
+            with qtbot.waitSignal(session.answered, timeout=10000):
+                session.do(Set("listens.gain", gain + 2.0))
+        assert set(seen) <= {4, 8, 16, 32, 64}
+        assert session.quality("test") != "final"
+        assert len(seen) == 12  # while it goes on, nothing is refined
+    qtbot.waitUntil(lambda: seen[-1] == 1, timeout=10000)
+
+
+def test_what_does_not_listen_to_levels_is_asked_for_once(shown: Session, qtbot: QtBot) -> None:
+    answers: list[object] = []
+    shown.answered.connect(lambda channel, _: answers.append(shown.quality(channel)))
+    with qtbot.waitSignal(shown.answered, timeout=20000):
+        shown.do(Set("blur.sigma", 3.0))
+    qtbot.wait(100)
+    assert answers == ["final"]
+
+
+def test_a_picture_of_a_drag_may_end_but_not_for_ever() -> None:
     slot = Channel("view", (400, 200))
-    slot.running, slot.quality = object(), "interactive"  # type: ignore[assignment]
-    slot.since = float("inf")
-    assert slot.may_wait("interactive")
-    assert not slot.may_wait("final")
-    for _ in SCALES:
-        slot.learn(Report(timings={"view": 1.0}, states={}))
-    assert slot.asked_size("interactive") == (100, 50)
-    assert slot.asked_size("final") == (400, 200)
-    for _ in SCALES:
-        slot.learn(Report(timings={"view": 0.001}, states={}))
-    assert slot.asked_size("interactive") == (400, 200)
+    slot.running, slot.moving, slot.since = object(), True, float("inf")  # type: ignore[assignment]
+    assert slot.may_end(True)
+    assert not slot.may_end(False)  # the drag is over: what is asked for now comes first
+    slot.since = 0.0
+    assert not slot.may_end(True)
+    slot.moving, slot.since = False, float("inf")
+    assert not slot.may_end(True)  # a picture at rest gives way to a drag at once

@@ -17,12 +17,14 @@ from nodegraph.editor.views.interactors import CameraInteractor, CutInteractor, 
 from nodegraph.editor.views.navigation import AXES
 from nodegraph.editor.views.pick import Pick, pick
 from nodegraph.editor.views.picture_area import PictureArea
+from nodegraph.editor.views.progress_strip import ProgressStrip
 from nodegraph.editor.views.readout import Readout
 from nodegraph.editor.views.shown import VIEWPORT, Shown, linear, shown
 from nodegraph.editor.views.sight import Sight
 from nodegraph.editor.views.status_line import StatusLine
 from nodegraph.editor.views.tools import Tool, mouse_inside, wheel_inside
 from nodegraph.errors import CommandError, GraphError
+from nodegraph.requests import coarseness
 from nodegraph.subjects import Subject, subject_of, things_of
 
 if TYPE_CHECKING:
@@ -67,7 +69,9 @@ class ViewWidget(QWidget):
         self._lay_out()
         self._settle = QTimer(self, singleShot=True, interval=SETTLE)
         self._settle.timeout.connect(self._watch)
+        self.progress = ProgressStrip(session, self._channel, self.area)
         session.answered.connect(self._answered)
+        session.previewed.connect(self._previewed)
         session.changed.connect(self._changed)
         session.replaced.connect(self._replaced)
         session.states_changed.connect(self._show_state)
@@ -162,27 +166,35 @@ class ViewWidget(QWidget):
     def _answered(self, channel: object, report: Report) -> None:
         if channel is not self._channel or not self.alive:
             return
-        image = next((v for v in report.shown.get(self.path, {}).values() if isinstance(v, Image)), None)
-        seconds = sum(report.timings.values())
+        coarse = coarseness(self.session.quality(channel))
+        taken = sum(report.timings.values())
+        facts = [f"draft 1/{coarse}"] if coarse > 1 else []
+        if taken >= 0.0005:
+            facts.append(f"{taken * 1000:.0f} ms")
         self._show_state()
+        self._show_values(report.shown.get(self.path, {}), facts)
+
+    def _previewed(self, channel: object, values: dict[str, Any]) -> None:
+        if channel is self._channel and self.alive:
+            self._show_values(values, ["not finished"])
+
+    def _show_values(self, values: dict[str, Any], facts: list[str]) -> None:
+        image = next((value for value in values.values() if isinstance(value, Image)), None)
         if image is None:
             return
         self._newest += 1
         number, background = self._newest, linear(QColor(VIEWPORT))
         self.session.work(
-            lambda: shown(image, background), lambda made: self._take(number, made, seconds) if made else None
+            lambda: shown(image, background), lambda made: self._take(number, made, facts) if made else None
         )
 
-    def _take(self, number: int, made: Shown, seconds: float) -> None:
+    def _take(self, number: int, made: Shown, facts: list[str]) -> None:
         if number != self._newest:
             return  # a newer one is being made
         self.shown = made
-        ratio = self.pixels[0] / max(made.size[0], 1)
         made.picture.setDevicePixelRatio(1.0)
         self.area.show_picture(made.picture)
-        part = "" if 0.99 < ratio < 1.01 else " while moving"
-        time = f"  ·  {seconds * 1000:.0f} ms" if seconds >= 0.0005 else ""
-        self._facts.setText(f"{made.size[0]} × {made.size[1]}{part}{time}")
+        self._facts.setText("  ·  ".join([f"{made.size[0]} × {made.size[1]}", *facts]))
         if isinstance(self.interactor, CutInteractor):
             self.interactor.volume()  # asks for its range before a drag needs it
         self.readout.refresh()

@@ -17,6 +17,7 @@ from nodegraph.data import Volume
 from nodegraph.data.volume import SLAB_BYTES
 from nodegraph.errors import GraphError
 from nodegraph.flat import Source
+from nodegraph.subjects import upstream
 
 if TYPE_CHECKING:
     from nodegraph.editor.session import Session
@@ -132,7 +133,8 @@ class HistogramOf(QObject):
             self._key = None
             self._show(None, None)
             return
-        key = _upstream(self.session.network.flatten(), source)
+        above = upstream(self.session.network.flatten(), source[0])
+        key = (source, *((node.path, node.revision) for node in above))
         if key == self._key:
             return
         if self.session.in_gesture:
@@ -197,20 +199,6 @@ class HistogramOf(QObject):
         if histogram is not self.histogram or histogram is None:
             self.histogram = histogram
             self.found.emit(histogram)
-
-
-def _upstream(flat: Flat, source: Source) -> tuple[object, ...]:
-    """Changes whenever something that a source depends on has changed."""
-    seen, ahead = {source[0]}, [source[0]]
-    while ahead:
-        node = flat.nodes.get(ahead.pop())
-        if node is not None:
-            above = {path for ones in node.sources.values() for path, _ in ones} | {
-                path for path, _ in node.wired.values()
-            }
-            ahead += above - seen
-            seen |= above
-    return source, *sorted((path, flat.nodes[path].revision) for path in seen if path in flat.nodes)
 
 
 def _reads_volume(leaf: Any) -> bool:
