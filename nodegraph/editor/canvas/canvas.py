@@ -119,6 +119,10 @@ class CanvasView(QWidget):
     def mute(self) -> None:
         self.edits.mute()
 
+    def accept_proposals(self) -> None:
+        """Do what is proposed for the node that was added last."""
+        self.view.proposing.accept()
+
     def bend(self) -> None:
         """Let the selected wires bend below the mouse, or in their middle where it is elsewhere."""
         at = self.view.cursor_point()
@@ -255,6 +259,7 @@ class CanvasView(QWidget):
                 self.edits.connect(f"{id}.{own}", new, name)
             else:
                 self.edits.connect(f"{new}.{name}", id, own)
+        self.view.proposing.offer(new)
 
     def _offer_parameters(self, point: QPointF, source: str, target: str, names: list[str]) -> None:
         choices = [(name, name, "") for name in names]

@@ -29,6 +29,7 @@ ACTIONS: dict[str, tuple[str, str]] = {
     "duplicate": ("Duplicate with its wires", "Ctrl+D"),
     "mute": ("Mute or unmute", "M"),
     "rename_selection": ("Rename", "F2"),
+    "accept_proposals": ("Wire and share as proposed", "Ctrl+Return"),
     "bend": ("Bend the wire here", "B"),
     "straighten": ("Straighten the wire", "Shift+B"),
     "delete_selection": ("Delete", "Del"),

@@ -6,6 +6,7 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QContextMenuEvent,
     QDragEnterEvent,
+    QDragLeaveEvent,
     QDragMoveEvent,
     QDropEvent,
     QHelpEvent,
@@ -23,12 +24,15 @@ from nodegraph.editor.canvas.edits import CanvasEdits
 from nodegraph.editor.canvas.items import BoxItem
 from nodegraph.editor.canvas.look import GRID, dotted
 from nodegraph.editor.canvas.node_item import NodeItem
+from nodegraph.editor.canvas.proposing import Proposing
 from nodegraph.editor.canvas.scene import CanvasScene, Item
 from nodegraph.editor.canvas.tips import Tips
 from nodegraph.editor.canvas.wires import BendItem, WireItem
 
 MIME = "application/x-nodegraph-processor"
 LEAST, MOST = 0.08, 3.0
+HANDLE = QPointF(70, 18)
+"""Where a node that is dragged in is held, from its corner."""
 
 
 class GraphView(QGraphicsView):
@@ -62,6 +66,7 @@ class GraphView(QGraphicsView):
         self.setAcceptDrops(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.tips = Tips(scene, self.viewport())
+        self.proposing = Proposing(self)
         self._pan: PanDrag | None = None
         self._space = False
         scene.synced.connect(self._end_drag)
@@ -312,6 +317,8 @@ class GraphView(QGraphicsView):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape and self.drag is not None:
             self._end_drag()
+        elif event.key() == Qt.Key.Key_Escape and self.proposing.id:
+            self.proposing.dismiss()
         elif event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
             self._space = True
             self.viewport().setCursor(Qt.CursorShape.OpenHandCursor)
@@ -366,30 +373,42 @@ class GraphView(QGraphicsView):
     def dragMoveEvent(self, event: QDragMoveEvent) -> None:
         self._welcome(event)
 
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
+        self.proposing.leave()
+
     def _welcome(self, event: QDragMoveEvent) -> None:
         if event.mimeData().hasFormat(MIME):
+            self.proposing.hover(_processor_in(event), self.mapToScene(event.position().toPoint()) - HANDLE)
             event.setDropAction(Qt.DropAction.CopyAction)
             event.accept()
         else:
             event.ignore()
 
     def dropEvent(self, event: QDropEvent) -> None:
+        self.proposing.leave()
         if not event.mimeData().hasFormat(MIME):
             event.ignore()
             return
-        text = bytes(event.mimeData().data(MIME).data()).decode()
-        self.drop_processor(text, self.mapToScene(event.position().toPoint()))
+        wired = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        self.drop_processor(_processor_in(event), self.mapToScene(event.position().toPoint()), wired)
         event.setDropAction(Qt.DropAction.CopyAction)
         event.accept()
 
-    def drop_processor(self, type: str, point: QPointF) -> str | None:
-        """Add a node with its title under a point; over a wire that it fits into, it goes into the wire."""
+    def drop_processor(self, type: str, point: QPointF, wired: bool = False) -> str | None:
+        """Add a node with its title under a point; over a wire that it fits into, it goes into the wire.
+
+        What suggests itself beside that is proposed in a bar, or done in the same step where it shall be ``wired``.
+        """
         with self.edits.session.gesture("add"):
-            id = self.edits.add(type, point - QPointF(70, 18))
+            id = self.edits.add(type, point - HANDLE)
             if id is not None:
                 over = self.wire_for(id)
                 if over is not None:
                     self.edits.insert(id, over.wire)
+                if wired:
+                    self.proposing.follow(self.proposing.found(id))
+        if id is not None and not wired:
+            self.proposing.offer(id)
         self.setFocus()
         return id
 
@@ -432,6 +451,11 @@ class GraphView(QGraphicsView):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.moved.emit()
+
+
+def _processor_in(event: QDropEvent) -> str:
+    """The id of the processor that is dragged."""
+    return bytes(event.mimeData().data(MIME).data()).decode()
 
 
 _ARROWS: dict[int, tuple[int, int]] = {
