@@ -156,7 +156,10 @@ class Registry:
         return processor
 
     def refresh(self) -> None:
-        """Look through the folders again: new files appear, removed ones go, loaded classes stay."""
+        """Look through the folders again: new files appear, removed ones go, loaded classes stay.
+
+        What could not be loaded will be tried again.
+        """
         from nodegraph import plugins
 
         plugins.refresh()
@@ -167,9 +170,13 @@ class Registry:
             self._scan_near()
             if far:
                 self._scan_far()
-            for entry in self._entries.values():
-                if entry.path in known and known[entry.path].processor is not None:
-                    entry.processor = known[entry.path].processor
+            for id, entry in self._entries.items():
+                before = known.get(entry.path)
+                if before is not None and (before.id, before.folder) == (id, entry.folder):
+                    # The same object: another thread may be loading it now.
+                    self._entries[id] = before
+                    if before.processor is None:
+                        before.reason = ""
 
     # -- inside -------------------------------------------------------------------------------------------------------
 

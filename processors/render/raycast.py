@@ -148,7 +148,7 @@ class Raycast(Processor):
         small, _ = coarser(size, None if exact else params["step"], coarseness(quality))
         # What is above the interval has the size that is cast to go by, and must not be made coarser once more.
         asked = {} if small == size else {"interval": Request(small, "final")}
-        return asked if params["lit"] and params["mode"] in SURFACES else asked | {"gradient": None}
+        return asked if params["mode"] in SURFACES and params["lit"] else asked | {"gradient": None}
 
     def process(
         self, volume, gradient, interval, mode, camera, transfer_function, integrator, step, order, tolerance,
