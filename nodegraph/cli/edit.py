@@ -1,4 +1,4 @@
-"""Open the visual editor, with a workspace, a picture that carries one, or nothing."""
+"""Open the visual editor, with a workspace, a picture that carries one, data files to begin with, or nothing."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from nodegraph.errors import CommandError
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", nargs="?", help="workspace or picture")
+    parser.add_argument("files", metavar="FILE", nargs="*", help="workspace, picture, or volumes")
     parser.add_argument("--device", choices=("auto", "gl", "cl", "cl64"), default="auto", help="what renders")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    file = Path(arguments.file) if arguments.file else None
-    if file is not None and not file.is_file():
-        raise CommandError(f"{file}: there is no such file; nodegraph edit without one begins anew")
+    files = [Path(file) for file in arguments.files]
+    for file in files:
+        if not file.exists():
+            raise CommandError(f"{file}: there is no such file; nodegraph edit without one begins anew")
     try:
         from nodegraph.editor import app
     except ImportError as error:
         raise CommandError(f"edit: the editor needs PySide6 ({error}); pip install 'nodegraph[editor]'") from None
-    return app.run(file, arguments.device)
+    return app.run(files, arguments.device)

@@ -37,6 +37,7 @@ def _on_canvas(act: str, icon: str = "") -> Told:
 MENUS: dict[str, tuple[Told | None, ...]] = {
     "&File": (
         Told("new", "New", "new", "Ctrl+N"),
+        Told("new_from_data", "New from data ...", "data", "Ctrl+Shift+N"),
         Told("open_dialog", "Open ...", "open", "Ctrl+O"),
         Told("recent", "Open recent"),
         None,

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
 from nodegraph.editor import theme
+from nodegraph.editor.offers import is_workspace
 from nodegraph.editor.recovery import lost_documents
 from nodegraph.editor.session import Session
 from nodegraph.editor.settings import Settings
@@ -27,8 +29,8 @@ def application() -> QApplication:
     return app
 
 
-def open_window(file: Path | None = None, device: str = "auto", settings: Settings | None = None) -> Window:
-    """Make the window and show it: with a file, or with the page that offers some."""
+def open_window(files: Sequence[Path] = (), device: str = "auto", settings: Settings | None = None) -> Window:
+    """Make the window and show it: with a workspace or data files, or with the page that offers some."""
     app = application()
     settings = settings if settings is not None else Settings()
     chosen = settings.get("theme", "system")
@@ -39,18 +41,17 @@ def open_window(file: Path | None = None, device: str = "auto", settings: Settin
     if isinstance(geometry, str):
         window.restoreGeometry(QByteArray.fromBase64(geometry.encode()))
     window.show()
-    if file is not None:
-        window.open_file(file)
-    else:
+    if not any(is_workspace(file) for file in files):
         window.show_welcome()
+    window.open_files(list(files))
     window.offer(lost_documents())
     return window
 
 
-def run(file: Path | None = None, device: str = "auto") -> int:
+def run(files: Sequence[Path] = (), device: str = "auto") -> int:
     """Run the editor until its window closes."""
     app = application()
-    window = open_window(file, device)
+    window = open_window(files, device)
     # Python hears Ctrl-C only when it is awake.
     signal.signal(signal.SIGINT, lambda *_: window.close())
     awake = QTimer()

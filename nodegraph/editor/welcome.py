@@ -49,6 +49,7 @@ class Welcome(QScrollArea):
     """Buttons to begin with, the shipped workspaces as pictures, and files that were open lately."""
 
     wants_new = Signal()
+    wants_data = Signal()
     wants_dialog = Signal()
     wants_file = Signal(object)  # Path
 
@@ -70,13 +71,19 @@ class Welcome(QScrollArea):
         font.setPointSizeF(font.pointSizeF() * 2.0)
         font.setBold(True)
         title.setFont(font)
-        what = QLabel("Wire processors into a network and see the volume change.")
+        what = QLabel(
+            "Wire processors into a network and see the volume change. Drop a data file here to begin with it."
+        )
         what.setProperty("dim", True)
         column.addWidget(title)
         column.addWidget(what)
         buttons = QHBoxLayout()
         buttons.setSpacing(8)
-        for text, signal in (("New network", self.wants_new), ("Open a file ...", self.wants_dialog)):
+        for text, signal in (
+            ("New network", self.wants_new),
+            ("New from data ...", self.wants_data),
+            ("Open a file ...", self.wants_dialog),
+        ):
             button = QPushButton(text)
             button.setMinimumWidth(140)
             button.clicked.connect(signal.emit)

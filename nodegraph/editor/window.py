@@ -31,6 +31,7 @@ from nodegraph.editor.console import Console
 from nodegraph.editor.docks import Titles
 from nodegraph.editor.help import Help
 from nodegraph.editor.messages import Messages
+from nodegraph.editor.offers import Beginning, is_workspace, name_filter
 from nodegraph.editor.palette import Palette
 from nodegraph.editor.parameters import ParameterPanel
 from nodegraph.editor.profile import Profile
@@ -115,6 +116,7 @@ class Window(QMainWindow):
         self.status = Status(self.session)
         self.setStatusBar(self.status)
         self.banner = Banner(self)
+        self.beginning = Beginning(self.session, self, self._when_safe)
         self.commands = CommandPalette(self, partial(actions.entries, self))
         # What listens to the session holds the window, so the session must go for either to be forgotten.
         self.destroyed.connect(self.session.deleteLater)
@@ -137,8 +139,23 @@ class Window(QMainWindow):
         self._ask(box)
 
     def open_file(self, path: Path) -> None:
-        """Open a file, after asking about a document that is not saved."""
-        self._when_safe(lambda: self._open(path))
+        """Open a workspace, after asking about a document that is not saved; of a data file, offer networks."""
+        self.open_files([path])
+
+    def open_files(self, paths: list[Path]) -> None:
+        """Open the first workspace among some files; where there is none, begin a network with all of them."""
+        workspaces = [path for path in paths if is_workspace(path)]
+        if workspaces:
+            self._when_safe(lambda: self._open(workspaces[0]))
+        elif paths:
+            self.beginning.start(paths)
+
+    def new_from_data(self) -> None:
+        """Choose data files to begin a network with."""
+        box = QFileDialog(self, "New from data", "", name_filter())
+        box.setFileMode(QFileDialog.FileMode.ExistingFiles)
+        box.filesSelected.connect(lambda names: self.beginning.start([Path(name) for name in names]))
+        self._ask(box)
 
     def save(self) -> bool:
         """Save to the file of the document; one without a file asks for it. Says whether it is saved now."""
@@ -192,8 +209,7 @@ class Window(QMainWindow):
             self.settings.add_recent(path.absolute())
             self._show_canvas()
         else:
-            self.docks["messages"].show()
-            self.docks["messages"].raise_()
+            self._show_messages()
 
     def _save(self, path: Path) -> bool:
         self.session.note(LAYOUT, {"layout": base64.b64encode(self.saveState().data()).decode()})
@@ -320,6 +336,9 @@ class Window(QMainWindow):
         self.messages.counted.connect(self._count_errors)
         self.reloader.looked.connect(lambda _outcomes: self.palette_panel.refresh())
         self.reloader.mended.connect(self.messages.forget)
+        self.beginning.refused.connect(self._show_messages)
+        self.beginning.done.connect(self._show_whole)
+        self.welcome.wants_data.connect(self.new_from_data)
         self.welcome.wants_new.connect(self.new)
         self.welcome.wants_dialog.connect(self.open_dialog)
         self.welcome.wants_file.connect(self.open_file)
@@ -337,6 +356,14 @@ class Window(QMainWindow):
         self.session.enter(path.rpartition("/")[0])
         self.session.select(path)
         self.canvas.fit()
+
+    def _show_whole(self) -> None:
+        self._show_canvas()
+        QTimer.singleShot(0, self.canvas, self.canvas.fit_all)  # when the docks of its views have taken their room
+
+    def _show_messages(self) -> None:
+        self.docks["messages"].show()
+        self.docks["messages"].raise_()
 
     def _show_canvas(self) -> None:
         self.middle.setCurrentWidget(self.canvas)
@@ -390,12 +417,11 @@ class Window(QMainWindow):
             self._repaint.start()  # once the palette has reached everybody
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if any(Path(url.toLocalFile()).suffix.lower() in (".json", ".png", ".exr") for url in event.mimeData().urls()):
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        for url in event.mimeData().urls()[:1]:
-            self.open_file(Path(url.toLocalFile()))
+        self.open_files([Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()])
 
     def closeEvent(self, event: QCloseEvent) -> None:
         if self.session.modified and not self._leaving:

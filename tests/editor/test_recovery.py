@@ -26,7 +26,7 @@ from nodegraph.commands import Set
 from nodegraph.editor.app import application, open_window
 from pathlib import Path
 app = application()
-window = open_window(Path(sys.argv[1]))
+window = open_window([Path(sys.argv[1])])
 window.session.do(Set("blur.sigma", 7.5))
 window.autosave.write()
 os.kill(os.getpid(), signal.SIGKILL)

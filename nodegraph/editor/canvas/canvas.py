@@ -79,6 +79,11 @@ class CanvasView(QWidget):
         """Show the selected nodes, or the whole level."""
         self.view.fit()
 
+    def fit_all(self) -> None:
+        """Show the whole level, whatever is selected."""
+        self.scene.flush()
+        self.view.show_rect(self.scene.content())
+
     def layout_all(self) -> None:
         """Draw the whole level in layers and show it."""
         self.edits.layout()

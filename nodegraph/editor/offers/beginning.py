@@ -89,7 +89,8 @@ class Beginning(QObject):
             with self.session.gesture(title):
                 if self.session.do(paste):
                     self.session.enter("")
-            self.session.select(*paste.paths)
+            rendering = (path for path in paste.paths if self.session.network.node(path).type.startswith("render."))
+            self.session.select(*list(rendering)[-1:])
             self.done.emit()
 
         if afresh:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QPainter, QPixmap
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPoint, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QPainter, QPalette, QPen
 from PySide6.QtWidgets import (
     QButtonGroup,
     QDialog,
@@ -17,6 +17,9 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QRadioButton,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QVBoxLayout,
     QWidget,
 )
@@ -27,6 +30,11 @@ from nodegraph.editor.session import Session
 from nodegraph.offers import Offer
 
 PICTURE = QSize(168, 126)
+GAP = 6
+CARD = PICTURE + QSize(2 * GAP, 2 * GAP + 24)
+_PICTURE = Qt.ItemDataRole.UserRole
+
+Index = QModelIndex | QPersistentModelIndex
 
 
 class Chooser(QDialog):
@@ -48,21 +56,20 @@ class Chooser(QDialog):
         title.setToolTip(str(path))
         self.list = QListWidget()
         self.list.setObjectName("offers")
+        self.list.setStyleSheet("#offers { background: transparent; }")
         self.list.setAccessibleName("Networks")
         self.list.setViewMode(QListView.ViewMode.IconMode)
         self.list.setMovement(QListView.Movement.Static)
         self.list.setWrapping(False)
         self.list.setUniformItemSizes(True)
-        self.list.setIconSize(PICTURE)
-        self.list.setGridSize(PICTURE + QSize(16, 44))
+        self.list.setItemDelegate(_Card(self.list))
+        self.list.setMouseTracking(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.list.setFixedSize(len(offers) * self.list.gridSize().width() + 12, self.list.gridSize().height() + 12)
+        self.list.setFixedSize(len(offers) * CARD.width() + 2, CARD.height() + 2)
         for offer in offers:
             item = QListWidgetItem(offer.title, self.list)
-            item.setTextAlignment(Qt.AlignmentFlag.AlignHCenter)
             item.setToolTip(offer.doc)
-            item.setIcon(self._framed(None))
         self.doc = QLabel()
         self.doc.setProperty("dim", True)
         self.doc.setWordWrap(True)
@@ -114,20 +121,35 @@ class Chooser(QDialog):
             item = self.list.item(place)
         except RuntimeError:
             return  # the dialog was closed meanwhile
-        if picture is not None:
-            item.setIcon(self._framed(picture))
+        item.setData(_PICTURE, picture)
         self._picture_next(place + 1)
 
-    def _framed(self, picture: QImage | None) -> QPixmap:
-        """A picture, cropped to the size of all; without one, the empty place."""
-        size = PICTURE * 2
-        made = QPixmap(size)
-        made.fill(QColor(theme.theme_of(self.palette()).line))
-        if picture is not None:
-            wide = picture.scaled(
-                size, Qt.AspectRatioMode.KeepAspectRatioByExpanding, Qt.TransformationMode.SmoothTransformation
-            )
-            painter = QPainter(made)
-            painter.drawImage((size.width() - wide.width()) // 2, (size.height() - wide.height()) // 2, wide)
-            painter.end()
-        return made
+
+class _Card(QStyledItemDelegate):
+    """A picture, cropped to the size of all, with its title below; a frame says which is chosen."""
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
+        return CARD
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        palette, colors = option.palette, theme.theme_of(option.palette)
+        frame = QRect(option.rect.topLeft() + QPoint(GAP, GAP), PICTURE)
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        picture = index.data(_PICTURE)
+        painter.fillRect(frame, palette.base())
+        if isinstance(picture, QImage):
+            wide = picture.size().scaled(PICTURE, Qt.AspectRatioMode.KeepAspectRatioByExpanding)
+            place = QRect(QPoint(0, 0), wide)
+            place.moveCenter(frame.center())
+            painter.setClipRect(frame)
+            painter.drawImage(place, picture)
+            painter.setClipping(False)
+        chosen = bool(option.state & QStyle.StateFlag.State_Selected)
+        lit = chosen or bool(option.state & QStyle.StateFlag.State_MouseOver)
+        painter.setPen(QPen(palette.highlight().color() if lit else QColor(colors.line), 3 if chosen else 1))
+        painter.drawRect(frame.adjusted(0, 0, -1, -1))
+        painter.setPen(palette.color(QPalette.ColorRole.WindowText))
+        below = QRect(frame.left(), frame.bottom() + 4, frame.width(), 24)
+        painter.drawText(below, int(Qt.AlignmentFlag.AlignCenter), index.data())
+        painter.restore()
