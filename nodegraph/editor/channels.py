@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from nodegraph.editor.instead import Values, with_values
 from nodegraph.errors import Cancelled, GraphError, one_sentence
 from nodegraph.pacing import BUDGET_MS, Pacing
 from nodegraph.report import Event, Report
@@ -65,11 +66,11 @@ class Channel:
             return "final"
         return self.pacing.quality()
 
-    def learn(self, flat: Flat, report: Report) -> None:
-        """Take in what an answer cost, and whether it is the last word."""
+    def learn(self, flat: Flat, report: Report, made_up: bool = False) -> None:
+        """Take in what an answer cost, and whether it is the last word; of what is made up it is not."""
         self.busy = bool(report.ran)
         self.pacing.learn(report, self.quality)
-        if self.quality == "final":
+        if self.quality == "final" and not made_up:
             self.settled = _made_of(flat, self.sink)
 
     def finer(self, report: Report) -> str | None:
@@ -85,6 +86,7 @@ class Channels:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.budget_ms = BUDGET_MS
+        self.instead: Values = {}  # what is shown while somebody points at something
         self._all: dict[object, Channel] = {}
 
     def of(self, name: object) -> Channel | None:
@@ -121,14 +123,19 @@ class Channels:
                 self._follow(name, slot)
 
     def _follow(self, name: object, slot: Channel) -> None:
-        moving = self.session.in_gesture
+        moving = self.session.in_gesture or bool(self.instead)
         if slot.may_end(moving):
             slot.pending = True
             return
         # Several views that move together share the time of one picture.
         busy = sum(1 for other in self._all.values() if other.watched and (other.busy or other is slot))
         slot.pacing.budget_ms = self.budget_ms / busy
-        self._start(name, slot, slot.level(self.session.network.flatten()), moving)
+        self._start(name, slot, slot.level(self._flat(slot)), moving)
+
+    def _flat(self, slot: Channel) -> Flat:
+        """The document, or what is shown in its place."""
+        flat = self.session.network.flatten()
+        return with_values(flat, self.instead) if self.instead and slot.watched else flat
 
     def _start(self, name: object, slot: Channel, quality: str, moving: bool = False) -> None:
         session = self.session
@@ -136,31 +143,33 @@ class Channels:
         slot.pending, slot.moving = False, moving
         slot.ticket = ticket = object()  # the engine may speak before `submit` has returned
         try:
-            flat = session.network.flatten()
+            flat, made_up = self._flat(slot), bool(self.instead and slot.watched)
             evaluation = session.engine.submit(
-                session.network,
+                flat if made_up else session.network,
                 slot.sink,
                 size=slot.size,
                 quality=quality,
-                on_event=lambda event: session.mail.post(partial(self._on_event, name, ticket, event)),
+                on_event=lambda event: session.mail.post(partial(self._on_event, name, ticket, event, made_up)),
                 channel=(id(session), name),
             )
         except GraphError as error:
             session.tell("error", str(error))
             return
         slot.running, slot.quality, slot.since = evaluation, quality, time.monotonic()
-        session.mail.wait_for(evaluation, partial(self._on_end, name, ticket, flat))
+        session.mail.wait_for(evaluation, partial(self._on_end, name, ticket, flat, made_up))
 
-    def _on_event(self, name: object, ticket: object, event: Event) -> None:
+    def _on_event(self, name: object, ticket: object, event: Event, made_up: bool) -> None:
         slot = self._all.get(name)
         if slot is None or slot.ticket is not ticket:
             return
+        if made_up:
+            return  # nodes and their states are as the document has them
         if event.kind == "preview":
             self.session.take_preview(name, event.path, event.values, _seen(self.session, slot.sink, event))
         else:
             self.session.take_event(name, event)
 
-    def _on_end(self, name: object, ticket: object, flat: Flat, outcome: Report | BaseException) -> None:
+    def _on_end(self, name: object, ticket: object, flat: Flat, made_up: bool, outcome: Report | BaseException) -> None:
         slot = self._all.get(name)
         if slot is None or slot.ticket is not ticket:
             return
@@ -169,8 +178,11 @@ class Channels:
         session.states.stop(name)
         next_: Callable[[], object] | None = None
         if isinstance(outcome, Report):
-            slot.learn(flat, outcome)
-            session.take(name, flat, outcome)
+            slot.learn(flat, outcome, made_up)
+            if made_up:
+                session.answered.emit(name, outcome)
+            else:
+                session.take(name, flat, outcome)
             if slot.watched and not slot.pending and not session.in_gesture:
                 finer = slot.finer(outcome)
                 next_ = partial(self._start, name, slot, finer) if finer is not None else None

@@ -20,6 +20,7 @@ from nodegraph import workspace
 from nodegraph.commands import Command, SetUI
 from nodegraph.editor import garbage
 from nodegraph.editor.channels import Channels
+from nodegraph.editor.instead import Values
 from nodegraph.editor.mailbox import Mailbox, Task
 from nodegraph.editor.states import Running, States
 from nodegraph.engine import Engine
@@ -292,6 +293,15 @@ class Session(QObject):
         self._soon.start()
         return command.told
 
+    def show_instead(self, values: Values) -> None:
+        """Let the views show other values of parameters than the document has, until it is called with none.
+
+        Neither the document, nor its history, nor the states of nodes know of it.
+        """
+        if values != self._channels.instead:
+            self._channels.instead = dict(values)
+            self._soon.start()
+
     def picture(self, value: Any, callback: Callable[[QImage | None], object], size: tuple[int, int] | None) -> None:
         """Make a small picture of any value of a port off this thread and call back with it, or with None."""
         from nodegraph.editor.previews import picture_of
@@ -328,6 +338,7 @@ class Session(QObject):
         self._forget_document()
         if hasattr(self, "states"):
             self._channels.clear()
+            self._channels.instead = {}
         self.network = network
         self.report = Report()
         self.level = ""

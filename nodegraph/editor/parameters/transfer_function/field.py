@@ -1,84 +1,42 @@
-"""The widget of a transfer function: presets and scales above the plot, the selected key below it."""
+"""The widget of a transfer function: tools above the plot, what is chosen below it; or a table of labels."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QKeyEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QListWidget,
-    QListWidgetItem,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import QEvent, QPoint
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 
 from nodegraph.data import TransferFunction
-from nodegraph.editor.parameters.color import ColorPicker, Swatch, to_qcolor
+from nodegraph.editor.instead import decided_with
+from nodegraph.editor.parameters.color import ColorPicker
 from nodegraph.editor.parameters.field import Field, is_shortcut
-from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, caption, icon, ink
+from nodegraph.editor.parameters.look import caption
 from nodegraph.editor.parameters.numbers import NumberEntry, stepped
-from nodegraph.editor.parameters.simple import Options
-from nodegraph.editor.parameters.transfer_function import keys
-from nodegraph.editor.parameters.transfer_function.axes import SCALES
+from nodegraph.editor.parameters.transfer_function import grips, menus, presets, remembered
+from nodegraph.editor.parameters.transfer_function.bells import Shape
 from nodegraph.editor.parameters.transfer_function.canvas import Canvas
+from nodegraph.editor.parameters.transfer_function.chosen import ChosenRow, button
+from nodegraph.editor.parameters.transfer_function.grips import Grip
+from nodegraph.editor.parameters.transfer_function.highlight import highlight
 from nodegraph.editor.parameters.transfer_function.histogram import Histogram, HistogramOf
-from nodegraph.editor.parameters.transfer_function.presets import Preset, presets, thumbnail
-from nodegraph.errors import ParameterError
+from nodegraph.editor.parameters.transfer_function.label_table import LabelTable
+from nodegraph.editor.parameters.transfer_function.preset_list import PresetList, json_name
+from nodegraph.editor.parameters.transfer_function.presets import Preset
+from nodegraph.errors import GraphError, ParameterError
 from nodegraph.params import Float
 
 if TYPE_CHECKING:
+    from nodegraph.editor.parameters.place import Place
     from nodegraph.params import Parameter
 
-_VALUE = Float(0.0, doc="Value of a key.")
-_OPACITY = Float(0.0, min=0.0, max=1.0, doc="Opacity of a key.")
 _LENGTH = Float(1.0, min=1e-9, doc="Reference length.")
-
-
-class PresetList(QFrame):
-    """A popup with all presets and what they look like."""
-
-    picked = Signal(object)  # Preset
-
-    def __init__(self, offered: list[Preset], parent: QWidget | None = None) -> None:
-        super().__init__(parent, Qt.WindowType.Popup)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setFrameShape(QFrame.Shape.StyledPanel)
-        self.list = QListWidget()
-        self.list.setFrameShape(QFrame.Shape.NoFrame)
-        self.list.setIconSize(QSize(88, 18))
-        self.list.setUniformItemSizes(True)
-        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        for preset in offered:
-            unit = f" ({preset.unit})" if preset.unit else ""
-            group = f"{preset.group}: " if preset.group else ""
-            item = QListWidgetItem(QIcon(thumbnail(preset.value, 88, 18)), f"{group}{preset.name}")
-            item.setToolTip(f"{group}{preset.name}{unit or ', over the range of the data'}")
-            item.setSizeHint(QSize(240, 26))
-            item.setData(Qt.ItemDataRole.UserRole, preset)
-            self.list.addItem(item)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(4, 4, 4, 4)
-        layout.addWidget(self.list)
-        self.setFixedSize(288, min(14, max(1, len(offered))) * 26 + 12)
-        self.list.itemClicked.connect(self._take)
-        self.list.itemActivated.connect(self._take)
-
-    def _take(self, item: QListWidgetItem) -> None:
-        if self.isVisible():
-            self.hide()
-            self.picked.emit(item.data(Qt.ItemDataRole.UserRole))
-            self.close()
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.list.currentItem() is not None:
-            self._take(self.list.currentItem())
-        else:
-            super().keyPressEvent(event)
+MOST_KEYS = 64
+"""Functions with more keys than that are no places to catch on."""
 
 
 class TransferFunctionField(Field):
@@ -86,176 +44,250 @@ class TransferFunctionField(Field):
 
     wide = True
 
-    def __init__(self, declaration: Parameter, place: Any = None, parent: QWidget | None = None) -> None:
+    def __init__(self, declaration: Parameter, place: Place | None = None, parent: QWidget | None = None) -> None:
         super().__init__(declaration, place, parent)
         self.function: TransferFunction = declaration.default or TransferFunction()
         self.canvas = Canvas()
-        self.scale, self.histogram_scale = Options(), Options()
-        self.value, self.opacity, self.length = NumberEntry(), NumberEntry(), NumberEntry("mm")
-        self.swatch = Swatch()
+        self.row = ChosenRow(self.canvas)
+        self.length = NumberEntry("mm")
+        self.table = LabelTable(place)
         self.list: PresetList | None = None
         self.picker: ColorPicker | None = None
+        self._painted: Grip | None = None
         self._fitted = False
-        self._arrange()
-        self._connect()
+        self._putting = False
         self.source: HistogramOf | None = None
         if place is not None:
             self.source = HistogramOf(place.session, place.path, self)
             self.source.found.connect(self._show_histogram)
+            place.session.changed.connect(self._follow)
+        self._arrange()
+        self._connect()
         self.show_value(self.function)
-        self._show_key()
+
+    @property
+    def value(self) -> NumberEntry:
+        return self.row.value
+
+    @property
+    def opacity(self) -> NumberEntry:
+        return self.row.opacity
+
+    @property
+    def step(self) -> QToolButton:
+        return self.row.step
+
+    @property
+    def delete(self) -> QToolButton:
+        return self.row.delete
 
     def _arrange(self) -> None:
-        self.presets = self._button("presets", "Presets")
-        self.fit = self._button("fit", "Show all keys and the usual values of the data (Home)")
-        self.step = self._button("step", "Make a step of the selected key, or one key of a step")
-        self.delete = self._button("bin", "Delete the selected key (Del)")
-        for scale in SCALES:
-            self.scale.addItem(scale, scale)
-        for scale in ("logarithmic", "linear"):
-            self.histogram_scale.addItem(scale, scale)
-        self.scale.setToolTip("Scale of the opacity")
-        self.scale.setAccessibleName("Scale of the opacity")
-        self.histogram_scale.setToolTip("Scale of the histogram")
-        self.histogram_scale.setAccessibleName("Scale of the histogram")
+        self.presets = button("presets", "Presets and colour maps")
+        self.bell = button("bell", "Add a bell (B)")
+        self.tools = button("tools", "What can be done with keys and bells")
+        self.fit = button("fit", "Which values are seen")
+        self.labels = button("table", "A row for each whole number: for labels")
+        self.labels.setCheckable(True)
+        self.show_me = button("show", "Show in the views what has the values under the mouse (or hold Space)")
+        self.show_me.setCheckable(True)
+        self.scale = button("opacity", "Scale of the opacity")
+        self.histogram_scale = button("histogram", "The histogram")
         top = QHBoxLayout()
         top.setSpacing(4)
-        for widget in (self.presets, self.fit):
+        for widget in (self.presets, self.bell, self.tools, self.fit):
             top.addWidget(widget)
         top.addStretch(1)
-        for name, tip, options in (
-            ("opacity", "Scale of the opacity", self.scale),
-            ("histogram", "Scale of the histogram", self.histogram_scale),
-        ):
-            mark = QLabel()
-            mark.setPixmap(icon(name, ink(self.palette(), 0.7)).pixmap(16, 16))
-            mark.setToolTip(tip)
-            options.setFixedWidth(104)
-            top.addWidget(mark)
-            top.addWidget(options)
-            top.addSpacing(2)
-        bottom = QHBoxLayout()
-        bottom.setSpacing(4)
-        self.swatch.setFixedWidth(40)
-        self.value.setAccessibleName("Value of the selected key")
-        self.opacity.setAccessibleName("Opacity of the selected key")
-        for name, entry in (("Value", self.value), ("Opacity", self.opacity)):
-            bottom.addWidget(caption(name))
-            bottom.addWidget(entry, 1)
-        for button in (self.swatch, self.step, self.delete):
-            bottom.addWidget(button)
-        last = QHBoxLayout()
-        last.setSpacing(GAP)
-        self.length.setFixedWidth(92)
+        for widget in (self.labels, self.show_me, self.scale, self.histogram_scale):
+            top.addWidget(widget)
+        self.length.setFixedWidth(84)
         self.length.setAccessibleName("Reference length")
         self.length.setToolTip("An opacity is what this length of the material hides.")
-        last.addWidget(caption("Opacity is what is hidden by"))
-        last.addStretch(1)
+        per = caption("Opacity per")
+        per.setToolTip(self.length.toolTip())
+        last = QHBoxLayout()
+        last.setContentsMargins(0, 0, 0, 0)
+        last.setSpacing(6)
+        last.addWidget(per)
         last.addWidget(self.length)
+        self.row.rest.addLayout(last)
         outer = QVBoxLayout(self)
         outer.setContentsMargins(0, 0, 0, 0)
         outer.setSpacing(4)
         outer.addLayout(top)
         outer.addWidget(self.canvas, 1)
-        outer.addLayout(bottom)
-        outer.addLayout(last)
+        outer.addWidget(self.table, 1)
+        outer.addWidget(self.row)
+        self.table.hide()
+        self.labels.hide()
+        self.show_me.setVisible(self.place is not None)
         self.setFocusProxy(self.canvas)
 
     def _connect(self) -> None:
         canvas = self.canvas
-        canvas.edited.connect(self.edited)
-        canvas.stepped.connect(self.step_to)
+        canvas.other_values = self._other_values
+        canvas.edited.connect(self.put)
+        canvas.stepped.connect(partial(self.put, step=True))
         canvas.began.connect(self.began)
         canvas.ended.connect(self.ended)
         canvas.cancelled.connect(self.cancelled)
-        canvas.chosen.connect(self._show_key)
-        canvas.color_wanted.connect(self.pick_color)
+        canvas.color_wanted.connect(lambda at: self.pick_color(at))
+        canvas.pointed.connect(self._point)
+        canvas.refused.connect(self.refused)
         canvas.installEventFilter(self)
+        self.row.color_wanted.connect(lambda grip, at: self.pick_color(at, grip))
+        self.row.refused.connect(self.refused)
+        self.table.edited.connect(lambda function: self.put(Shape(function)))
+        self.table.began.connect(self.began)
+        self.table.ended.connect(self.ended)
         self.presets.clicked.connect(self.open_presets)
-        self.fit.clicked.connect(canvas.fit)
-        self.step.clicked.connect(canvas.toggle_step)
-        self.delete.clicked.connect(canvas.delete)
-        self.scale.activated.connect(lambda index: canvas.set_scale(self.scale.itemData(index)))
-        self.histogram_scale.activated.connect(
-            lambda index: canvas.set_histogram_scale(self.histogram_scale.itemData(index))
-        )
-        self.swatch.clicked.connect(
-            lambda: self.pick_color(self.swatch.mapToGlobal(QPoint(0, self.swatch.height() + 2)))
-        )
-        for entry, put, declared in (
-            (self.value, self._put_value, _VALUE),
-            (self.opacity, self._put_opacity, _OPACITY),
-            (self.length, self._put_length, _LENGTH),
+        self.bell.clicked.connect(lambda: canvas.add_bell())
+        self.labels.toggled.connect(self.show_labels)
+        self.show_me.toggled.connect(canvas.set_pointing)
+        for one, fill in (
+            (self.tools, menus.tools),
+            (self.fit, menus.fit),
+            (self.scale, menus.scale),
+            (self.histogram_scale, menus.histogram),
         ):
-            entry.entered.connect(put)
-            entry.misread.connect(self.refused)
+            one.clicked.connect(lambda _=False, b=one, f=fill: f(self).popup(b.mapToGlobal(QPoint(0, b.height() + 2))))
+        for entry in (*self.row.entries, self.length):
             entry.installEventFilter(self)
-            entry.stepped.connect(
-                lambda notches, e=entry, p=put, d=declared: p(stepped(d, e.value, notches), step=True)
-            )
-
-    def _button(self, name: str, tip: str) -> QToolButton:
-        button = QToolButton()
-        button.setIcon(icon(name, ink(self.palette(), 0.85)))
-        button.setFixedSize(ROW_HEIGHT, ROW_HEIGHT)
-        button.setAutoRaise(True)
-        button.setToolTip(tip)
-        button.setAccessibleName(tip)
-        return button
+        self.length.entered.connect(self._put_length)
+        self.length.misread.connect(self.refused)
+        self.length.stepped.connect(
+            lambda notches: self._put_length(stepped(_LENGTH, self.length.value, notches), step=True)
+        )
 
     # -- showing ------------------------------------------------------------------------------------------------
 
     def show_value(self, value: Any) -> None:
         self.function = value
-        self.canvas.show_function(value)
+        loose = self.place is None and value == self.canvas.function
+        self.canvas.show_shape(self.canvas.shape if loose else remembered.recall(self.place, value))
         self.length.show_number(value.reference_length)
-        self._show_key()
+        self.row.refresh()
+        self.table.show_function(value)
         if not self._fitted:
             self._fitted = True
             self.canvas.fit()
         if self.source is not None:
             self.source.look()
 
+    def show_labels(self, on: bool) -> None:
+        """Show the table of labels, or the plot."""
+        self.table.setVisible(on)
+        self.canvas.setVisible(not on)
+        self.row.show_entries(not on)
+        for one in (self.bell, self.tools, self.fit, self.show_me, self.scale, self.histogram_scale):
+            one.setEnabled(not on)
+        if self.labels.isChecked() != on:
+            self.labels.setChecked(on)
+        if on:
+            self.show_me.setChecked(False)
+
     def _show_histogram(self, histogram: Histogram | None) -> None:
         first = self.canvas.plot.histogram is None
         self.canvas.show_histogram(histogram)
         if first:
             self.canvas.fit()
-        self.value.unit = histogram.unit if histogram is not None else ""
-        self._show_key()
+        self.row.refresh()
+        ids = histogram.ids() if histogram is not None and not histogram.part else self.table.ids
+        self.table.show_ids(ids if histogram is not None else {})
+        self.labels.setVisible(bool(self.table.ids))
+        if not self.table.ids:
+            self.show_labels(False)
 
-    def _show_key(self, *_: Any) -> None:
-        place = self.canvas.selected
-        key = self.function.keys[place] if place is not None and place < len(self.function.keys) else None
-        for widget in (self.value, self.opacity, self.swatch, self.step, self.delete):
-            widget.setEnabled(key is not None)
-        if key is None:
-            self.value.clear()
-            self.opacity.clear()
-            self.swatch.set_color(self.palette().window().color())
-            return
-        self.value.show_number(key.value)
-        self.opacity.show_number(key.opacity)
-        self.swatch.set_color(to_qcolor(key.color))
+    def _follow(self, commands: Any) -> None:
+        """What is remembered of bells and labels may have changed while the function stayed as it was."""
+        there = self.place is not None and self.place.path in self.place.session.network
+        if (
+            there
+            and not self._putting
+            and any(getattr(command, "key", "") in (remembered.KEY, self.table.KEY) for command in commands)
+        ):
+            self.show_value(self.function)
 
     # -- changing -----------------------------------------------------------------------------------------------
 
+    def put(self, shape: Shape, step: bool = False) -> None:
+        """Let the document have a shape: its keys as the value, its bells in the ``ui``, in one step."""
+        place, function = self.place, shape.function
+        noted = remembered.note(place, shape) if place is not None else None
+        if place is None:
+            self.canvas.show_shape(shape)
+        if noted is None or place is None:
+            (self.step_to if step else self.edited.emit)(function)
+            return
+        session = place.session
+        if step and not self._burst.isActive():
+            self.began.emit()
+        if step:
+            self._burst.start()
+        self._putting = True
+        try:
+            with session.gesture(f"set {place.name}"):
+                session.do(noted)  # first, so that who sees the new keys knows the bells in them
+                self.edited.emit(function)
+        finally:
+            self._putting = False
+        self.show_value(self.function)
+
     def open_presets(self) -> None:
         """Open the list of presets."""
-        histogram = self.canvas.plot.histogram
-        self.list = PresetList(presets(histogram.unit if histogram is not None else ""), self)
-        self.list.picked.connect(self._take_preset)
+        self.list = PresetList(self.canvas.shape, self.canvas.unit, self)
+        self.list.picked.connect(self.take_preset)
+        self.list.import_wanted.connect(self.import_file)
+        self.list.export_wanted.connect(self.export_file)
+        self.list.refused.connect(self.refused)
         self.list.destroyed.connect(self._forget_list)
         self.list.move(self.presets.mapToGlobal(QPoint(0, self.presets.height() + 2)))
         self.list.show()
         self.list.list.setFocus()
 
-    def pick_color(self, at: QPoint) -> None:
-        """Open the colour picker for the selected key."""
-        place = self.canvas.selected
-        if place is None:
+    def take_preset(self, preset: Preset, colors: bool = False) -> None:
+        """Use a preset, or its colours alone."""
+        histogram, shape = self.canvas.plot.histogram, self.canvas.shape
+        low, high = histogram.usual() if histogram is not None else self.function.domain
+        if not colors:
+            self.canvas.choose([])
+            self.put(preset.over(low, high))
+            self.canvas.fit()
             return
-        self.picker = ColorPicker(self.function.keys[place].color, self)
+        if not shape.function.keys:
+            shape = Shape(preset.over(low, high).function)
+        by_value = preset.over(*shape.function.domain).function
+        self.put(grips.painted(shape, by_value))
+
+    def import_file(self) -> None:
+        """Ask for a JSON file and use the function in it."""
+        name, _ = QFileDialog.getOpenFileName(self, "Read a transfer function", "", "JSON (*.json)")
+        if name:
+            try:
+                self.take_preset(presets.load(Path(name)))
+            except GraphError as error:
+                self.refused.emit(str(error))
+
+    def export_file(self) -> None:
+        """Ask for a JSON file and write the function to it."""
+        name, _ = QFileDialog.getSaveFileName(self, "Write the transfer function", "", "JSON (*.json)")
+        if name:
+            file, shape = json_name(name), self.canvas.shape
+            try:
+                presets.write(Preset(file.stem, "", self.canvas.unit, False, shape.function, shape=shape), file)
+            except OSError as error:
+                self.refused.emit(f"{file}: could not be written: {error.strerror or error}")
+
+    def bake(self) -> None:
+        """Forget that some keys are bells: from now on each can be moved."""
+        self.canvas.choose([])
+        self.put(Shape(self.canvas.function))
+
+    def pick_color(self, at: QPoint, grip: Grip | None = None) -> None:
+        """Open the colour picker for what is chosen, or for one key or bell."""
+        self._painted = grip if grip is not None else self.canvas.current
+        if self._painted is None:
+            return
+        self.picker = ColorPicker(grips.color(self.canvas.shape, self._painted), self)
         self.picker.picked.connect(self._put_color)
         self.picker.pressed.connect(self.began)
         self.picker.released.connect(self.ended)
@@ -269,44 +301,41 @@ class TransferFunctionField(Field):
     def _forget_picker(self) -> None:
         self.picker = None
 
-    def _take_preset(self, preset: Preset) -> None:
-        histogram = self.canvas.plot.histogram
-        low, high = histogram.usual() if histogram is not None else self.function.domain
-        self.canvas.select(None)
-        self.edited.emit(preset.over(low, high))
-        self.canvas.fit()
-
-    def _put_value(self, value: Any, step: bool = False) -> None:
-        place = self.canvas.selected
-        if place is not None:
-            self._offer(lambda: keys.move(self.function, place, float(value), self.function.keys[place].opacity), step)
-
-    def _put_opacity(self, value: Any, step: bool = False) -> None:
-        place = self.canvas.selected
-        if place is None:
-            return
-        if not 0.0 <= value <= 1.0:
-            self.refused.emit(f"opacity: {value:g} is outside 0..1")
-            self._show_key()
-            return
-        self._offer(lambda: keys.move(self.function, place, self.function.keys[place].value, float(value)), step)
+    def _put_color(self, color: Any) -> None:
+        if self._painted is not None and grips.there(self.canvas.shape, [self._painted]):
+            self.put(grips.recolor(self.canvas.shape, [self._painted], color))
 
     def _put_length(self, value: Any, step: bool = False) -> None:
-        self._offer(lambda: TransferFunction(self.function.keys, value), step)
+        shape = self.canvas.shape
+        self._offer(lambda: Shape(TransferFunction(shape.base.keys, value), shape.bells), step)
 
-    def _put_color(self, color: Any) -> None:
-        place = self.canvas.selected
-        if place is not None and place < len(self.function.keys):
-            self.edited.emit(keys.recolor(self.function, place, color))
-
-    def _offer(self, make: Any, step: bool) -> None:
+    def _offer(self, make: Callable[[], Shape], step: bool) -> None:
         try:
-            function = make()
+            shape = make()
         except ParameterError as error:
             self.refused.emit(str(error))
             self.show_value(self.function)
             return
-        (self.step_to if step else self.edited.emit)(function)
+        self.put(shape, step)
+
+    # -- what the rest of the document has to do with it ------------------------------------------------------------
+
+    def _point(self, band: tuple[float, float] | None) -> None:
+        """Let the views show which parts have the values of a range, or the document again."""
+        if self.place is not None:
+            which = decided_with(self.place.node, self.place.name) if band is not None else []
+            shown = highlight(self.function, *band) if band is not None else None
+            self.place.session.show_instead(dict.fromkeys(which, shown))
+
+    def _other_values(self) -> Iterator[float]:
+        """Where other functions of the document have keys."""
+        if self.place is None:
+            return
+        own = set(decided_with(self.place.node, self.place.name))
+        for path, node in self.place.session.network.flatten().nodes.items():
+            for name, value in node.values.items():
+                if isinstance(value, TransferFunction) and (path, name) not in own and len(value.keys) <= MOST_KEYS:
+                    yield from (key.value for key in value.keys)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -315,8 +344,18 @@ class TransferFunctionField(Field):
 
     def leave(self) -> None:
         super().leave()
+        self._stop_pointing()
         if self.source is not None:
             self.source.stop()
+
+    def hideEvent(self, event: Any) -> None:
+        self._stop_pointing()
+        super().hideEvent(event)
+
+    def _stop_pointing(self) -> None:
+        if self.canvas.plot.band is not None:
+            self.canvas.show_band(None)
+            self._point(None)
 
     def eventFilter(self, watched: Any, event: QEvent) -> bool:
         if is_shortcut(event) or event.type() == QEvent.Type.FocusOut:

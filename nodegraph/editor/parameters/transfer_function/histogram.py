@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import weakref
 from dataclasses import dataclass
 from functools import partial
@@ -17,6 +18,7 @@ from nodegraph.data import Volume
 from nodegraph.data.volume import SLAB_BYTES
 from nodegraph.errors import GraphError
 from nodegraph.flat import Source
+from nodegraph.params import Box
 from nodegraph.subjects import upstream
 
 if TYPE_CHECKING:
@@ -24,18 +26,33 @@ if TYPE_CHECKING:
     from nodegraph.flat import Flat
 
 BINS = 512
+KEPT = 8  #: histograms of parts of one volume
+Crop = tuple[tuple[float, ...], tuple[float, ...]]
+"""The low and the high corner of a part of a volume, as fractions of its x, y and z."""
 AGAIN_MS = 300
 """After this time one looks again whether a drag is over."""
 
 
 @dataclass(frozen=True)
 class Histogram:
-    """How often real values occur. counts: (bins,) over low..high, ends included; unit: of the values."""
+    """How often real values occur. counts: (bins,) over low..high, ends included; unit: of the values.
+
+    whole: every bin is one whole number, and nothing else occurs. part: whether it is of the crop alone.
+    """
 
     counts: NDArray[np.int64]
     low: float
     high: float
     unit: str = ""
+    whole: bool = False
+    part: bool = False
+
+    def ids(self) -> dict[int, int]:
+        """Which whole numbers occur, and how often; empty where there are other numbers, or too many."""
+        if not self.whole:
+            return {}
+        first = round(self.low + 0.5)
+        return {first + int(place): int(self.counts[place]) for place in np.flatnonzero(self.counts)}
 
     def usual(self, outliers: float = 1e-4) -> tuple[float, float]:
         """The range without the rarest values at either end."""
@@ -49,11 +66,13 @@ class Histogram:
         return self.low + first * width, self.low + (last + 1) * width
 
 
-def count(volume: Volume, bins: int = BINS) -> Histogram:
-    """Count the finite real values of a volume (the first of several components), slab by slab."""
+def count(volume: Volume, crop: Crop | None = None, bins: int = BINS) -> Histogram:
+    """Count the finite real values of a volume (the first of several components), or of a part of it, slab by slab."""
     scale, offset, unit = volume.mapping
     volume = volume.component(0)
     low, high = volume.range
+    if crop is not None:
+        volume = volume.part(*voxels(crop, volume.dims))  # the bins stay those of the whole
     whole = volume.dtype.kind in "iu"
     if whole:
         # One bin for each stored number, or for so many of them: bins that cut between numbers would show a comb.
@@ -77,28 +96,41 @@ def count(volume: Volume, bins: int = BINS) -> Histogram:
                 piece = piece[np.isfinite(piece)]
             counts += np.histogram(piece, bins=bins, range=edges)[0]
     ends = (edges[0] * scale + offset, edges[1] * scale + offset)
-    return Histogram(counts[::-1] if scale < 0 else counts, min(ends), max(ends), unit)
+    ids = bool(whole and each == 1 and abs(scale) == 1.0 and float(offset).is_integer())
+    return Histogram(counts[::-1] if scale < 0 else counts, min(ends), max(ends), unit, ids, crop is not None)
+
+
+def voxels(crop: Crop, dims: tuple[int, int, int]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """First and end voxel (x, y, z) of a part, given as fractions; at least one voxel each way."""
+    sides = []
+    for low, high, n in zip(*crop, dims, strict=True):
+        first = min(n - 1, max(0, math.floor(low * n + 0.5)))
+        sides.append((first, min(n, max(first + 1, math.floor(high * n + 0.5)))))
+    return tuple(first for first, _ in sides), tuple(end for _, end in sides)
+
+
+def crop_of(flat: Flat, path: str) -> Crop | None:
+    """The part of the data that a node above another one leaves, as fractions; None for all of it.
+
+    It is the nearest parameter upstream that is shown as a box and has no unit.
+    """
+    for node in upstream(flat, path):
+        for name, declared in node.processor.params.items() if node.processor is not None else ():
+            if isinstance(declared, Box) and declared.handle == "box" and not declared.unit:
+                value = node.values.get(name)
+                return None if value is None else (tuple(value[0]), tuple(value[1]))
+    return None
 
 
 def volume_source(flat: Flat, path: str) -> Source | None:
     """The nearest output upstream of a node that gives a volume: what it reads itself first, then further up."""
-    seen, level = {path}, [path]
-    while level:
-        above: list[str] = []
-        for here in level:
-            node = flat.nodes.get(here)
-            if node is None or node.processor is None:
-                continue
-            for name in node.processor.inputs:
-                for source in node.sources.get(name, ()):
-                    giver = flat.nodes.get(source[0])
-                    declared = giver.processor.outputs.get(source[1]) if giver and giver.processor else None
-                    if declared is not None and issubclass(declared.type, Volume):
-                        return source
-                    if source[0] not in seen:
-                        seen.add(source[0])
-                        above.append(source[0])
-        level = above
+    for node in upstream(flat, path):
+        for name in node.processor.inputs if node.processor is not None else ():
+            for source in node.sources.get(name, ()):
+                giver = flat.nodes.get(source[0])
+                declared = giver.processor.outputs.get(source[1]) if giver and giver.processor else None
+                if declared is not None and issubclass(declared.type, Volume):
+                    return source
     return None
 
 
@@ -107,7 +139,7 @@ class HistogramOf(QObject):
 
     found = Signal(object)
 
-    _known: weakref.WeakKeyDictionary[Any, Histogram] = weakref.WeakKeyDictionary()  # by the buffer of the data
+    _known: weakref.WeakKeyDictionary[Any, dict[Crop | None, Histogram]] = weakref.WeakKeyDictionary()  # by the data
     _numbers = itertools.count()
 
     def __init__(self, session: Session, path: str, parent: QObject | None = None) -> None:
@@ -115,7 +147,9 @@ class HistogramOf(QObject):
         self.session = session
         self.path = path
         self.histogram: Histogram | None = None
+        self.cropped = True  # whether to count what a crop leaves alone
         self._buffer: weakref.ref[Any] | None = None  # of what is shown or being counted
+        self._part: Crop | None = None  # of it
         self._key: object = None  # of everything upstream, when it was asked for
         self._stopped = False
         self._again = QTimer(self, singleShot=True, interval=AGAIN_MS)
@@ -133,8 +167,9 @@ class HistogramOf(QObject):
             self._key = None
             self._show(None, None)
             return
-        above = upstream(self.session.network.flatten(), source[0])
-        key = (source, *((node.path, node.revision) for node in above))
+        flat = self.session.network.flatten()
+        above = ((node.path, node.revision) for node in upstream(flat, source[0]))
+        key = (source, self.crop() if self.cropped else None, *above)
         if key == self._key:
             return
         if self.session.in_gesture:
@@ -148,6 +183,11 @@ class HistogramOf(QObject):
         if self._stopped:
             self._stopped = False
             self.look()
+
+    def set_cropped(self, on: bool) -> None:
+        """Count what a crop leaves alone, or everything."""
+        self.cropped = on
+        self.look()
 
     def stop(self) -> None:
         """Ask for nothing until `resume`."""
@@ -173,25 +213,34 @@ class HistogramOf(QObject):
         if isinstance(value, Volume):
             self._count(value)
 
+    def crop(self) -> Crop | None:
+        """What a crop in the network leaves of the data."""
+        try:
+            return crop_of(self.session.network.flatten(), self._leaf())
+        except GraphError:
+            return None
+
     def _count(self, volume: Volume) -> None:
-        buffer = volume.buffer
-        if self._buffer is not None and self._buffer() is buffer:
+        buffer, part = volume.buffer, self.crop() if self.cropped else None
+        if self._buffer is not None and self._buffer() is buffer and self._part == part:
             return
-        self._buffer = weakref.ref(buffer)
-        known = self._known.get(buffer)
+        self._buffer, self._part = weakref.ref(buffer), part
+        known = self._known.get(buffer, {}).get(part)
         if known is not None:
             self._show(buffer, known)
             return
+        self.session.work(partial(count, volume, part), partial(self._take, buffer, part))
 
-        self.session.work(partial(count, volume), partial(self._take, buffer))
-
-    def _take(self, buffer: Any, histogram: Histogram | None) -> None:
+    def _take(self, buffer: Any, part: Crop | None, histogram: Histogram | None) -> None:
         """The histogram of some data, or None where it could not be made: a device was lost, a file is gone."""
         if histogram is not None:
-            self._known[buffer] = histogram
+            kept = self._known.setdefault(buffer, {})
+            while len(kept) >= KEPT:
+                del kept[next(iter(kept))]
+            kept[part] = histogram
         if not isValid(self):
             return  # the widget went while somebody counted
-        if self._buffer is not None and self._buffer() is buffer:
+        if self._buffer is not None and self._buffer() is buffer and self._part == part:
             self._show(buffer, histogram)
 
     def _show(self, buffer: Any, histogram: Histogram | None) -> None:

@@ -8,15 +8,18 @@ from PySide6.QtGui import QFontMetricsF, QImage, QPainter, QPainterPath, QPalett
 
 from nodegraph.data import TransferFunction
 from nodegraph.data.image import srgb_encode
-from nodegraph.editor.parameters.color import to_qcolor
-from nodegraph.editor.parameters.look import accent, ink
-from nodegraph.editor.parameters.transfer_function.axes import ValueAxis, height, opacity_ticks
+from nodegraph.editor.parameters.look import ink
+from nodegraph.editor.parameters.transfer_function import grips, marks
+from nodegraph.editor.parameters.transfer_function.axes import ValueAxis, height, opacity, opacity_ticks
+from nodegraph.editor.parameters.transfer_function.bells import Shape
+from nodegraph.editor.parameters.transfer_function.grips import Grip
 from nodegraph.editor.parameters.transfer_function.histogram import Histogram
 from nodegraph.editor.parameters.transfer_function.keys import legible, opacity_at
+from nodegraph.editor.parameters.transfer_function.snap import Catch
 
-LEFT, RIGHT, TOP, BOTTOM = 40.0, 10.0, 10.0, 34.0
+LEFT, RIGHT, TOP, BOTTOM = 44.0, 10.0, 10.0, 34.0
+CHOSEN = 3.0  #: pixels that what is chosen is nearer than it looks
 STRIP = 10.0  #: height of the colour strip below the plot
-KEY = 5.5  #: radius of a key
 
 
 class Plot:
@@ -27,10 +30,20 @@ class Plot:
         self.scale = "linear"
         self.histogram: Histogram | None = None
         self.histogram_scale = "logarithmic"
+        self.shape = Shape()
         self.function = TransferFunction()
-        self.selected: int | None = None
-        self.hovered: int | None = None
+        self.chosen: frozenset[Grip] = frozenset()
+        self.hovered: Grip | None = None
+        self.guides: tuple[Catch | None, Catch | None] = (None, None)  # what a drag has caught on: value, opacity
+        self.band: tuple[float, float] | None = None  # values that the views are asked to show
+        self.rubber: QRectF | None = None
         self.area = QRectF()
+
+    def show(self, shape: Shape) -> None:
+        """Draw this from now on."""
+        self.shape, self.function = shape, shape.function
+        self.chosen = grips.there(shape, self.chosen)
+        self.hovered = None
 
     def resize(self, width: float, height: float) -> None:
         self.area = QRectF(LEFT, TOP, max(1.0, width - LEFT - RIGHT), max(1.0, height - TOP - BOTTOM))
@@ -46,15 +59,40 @@ class Plot:
     def value(self, x: float) -> float:
         return self.axis.value((x - self.area.left()) / self.area.width())
 
-    def key_at(self, point: QPointF, reach: float = 9.0) -> int | None:
-        """The key under a point: the nearest; of two at one place the one on the point's side, else the one on top."""
+    def opacity(self, y: float) -> float:
+        """The opacity at a height of the widget, to three digits."""
+        return float(f"{opacity((self.area.bottom() - y) / self.area.height(), self.scale):.3g}")
+
+    def rounded(self, x: float) -> float:
+        """The value at a place of the widget, without the digits that a pixel cannot tell apart."""
+        return self.axis.rounded(self.value(x), round(self.area.width()))
+
+    def at(self, grip: Grip) -> QPointF:
+        """Where a grip lies on the widget."""
+        value, up = grips.position(self.shape, grip)
+        return QPointF(self.x(value), self.y(up))
+
+    def grip_at(self, point: QPointF, reach: float = 9.0) -> Grip | None:
+        """What is under a point: the nearest; of two at one place the one on the point's side, else the one on top.
+
+        Flanks can be held of bells that are chosen.
+        """
+        held = [grips.key(place) for place in range(len(self.shape.base.keys))]
+        held += [grips.bell(place) for place in range(len(self.shape.bells))]
+        for place in grips.places(self.chosen, "bell"):
+            held += [Grip("left", place), Grip("right", place)]
         best, found = reach, None
-        for place, key in enumerate(self.function.keys):
-            x, y = self.x(key.value), self.y(key.opacity)
-            distance = float(np.hypot(point.x() - x, point.y() - y))
-            if distance < best or (distance == best and found is not None and point.x() >= x):
-                best, found = distance, place
+        for grip in held:
+            spot = self.at(grip)
+            distance = float(np.hypot(point.x() - spot.x(), point.y() - spot.y()))
+            distance = max(0.0, distance - CHOSEN) if grip in self.chosen else distance
+            if distance < best or (distance == best and found is not None and point.x() >= spot.x()):
+                best, found = distance, grip
         return found
+
+    def grips_in(self, area: QRectF) -> frozenset[Grip]:
+        """Keys and tops of bells that lie in a rectangle of the widget."""
+        return frozenset(grip for grip in grips.every(self.shape) if area.contains(self.at(grip)))
 
     # -- drawing ------------------------------------------------------------------------------------------------
 
@@ -71,6 +109,10 @@ class Plot:
             colors, opacities = _screen(self.function, values), opacity_at(self.function, values)
             self._draw_fill(painter, colors, opacities)
             self._draw_curve(painter, palette, values, opacities)
+        if self.band is not None:
+            marks.draw_band(self, painter, palette, self.band)
+        marks.draw_parts(self, painter, palette)
+        marks.draw_guides(self, painter, palette)
         painter.restore()
         painter.setPen(QPen(ink(palette, 0.25), 1.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -79,9 +121,11 @@ class Plot:
             self._draw_strip(painter, palette, colors)
         self._draw_values(painter, palette)
         painter.save()
-        painter.setClipRect(self.area.adjusted(-KEY - 2, -KEY - 2, KEY + 2, KEY + 2))
+        painter.setClipRect(self.area.adjusted(-marks.KEY - 2, -marks.KEY - 2, marks.KEY + 2, marks.KEY + 2))
         if enabled:
-            self._draw_keys(painter, palette)
+            marks.draw_grips(self, painter, palette)
+        if self.rubber is not None:
+            marks.draw_rubber(painter, palette, self.rubber)
         painter.restore()
 
     def _draw_grid(self, painter: QPainter, palette: QPalette) -> None:
@@ -89,8 +133,8 @@ class Plot:
         font.setPointSizeF(max(7.0, font.pointSizeF() * 0.8))
         painter.setFont(font)
         above = self.area.bottom() + 20.0
-        for opacity in opacity_ticks(self.scale):
-            y = self.y(opacity)
+        for up in opacity_ticks(self.scale):
+            y = self.y(up)
             painter.setPen(QPen(ink(palette, 0.1), 1.0))
             painter.drawLine(QPointF(self.area.left(), y), QPointF(self.area.right(), y))
             if above - y < 11.0:
@@ -98,7 +142,7 @@ class Plot:
             above = y
             painter.setPen(ink(palette, 0.7))
             place = QRectF(0.0, y - 7.0, LEFT - 5.0, 14.0)
-            painter.drawText(place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, legible_tick(opacity))
+            painter.drawText(place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, legible_tick(up))
 
     def _draw_histogram(self, painter: QPainter, palette: QPalette) -> None:
         histogram = self.histogram
@@ -154,8 +198,8 @@ class Plot:
         path = QPainterPath(QPointF(self.area.left(), self.y(low.opacity)))
         if low.value < self.axis.low:
             path = QPainterPath(QPointF(self.x(low.value), self.y(low.opacity)))
-        for value, _, opacity in points:
-            path.lineTo(self.x(value), self.y(opacity))
+        for value, _, up in points:
+            path.lineTo(self.x(value), self.y(up))
         path.lineTo(max(self.area.right(), self.x(high.value)), self.y(high.opacity))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(ink(palette, 0.9), 1.4))
@@ -186,20 +230,6 @@ class Plot:
             if x + half > end:
                 continue
             painter.drawText(QRectF(x - half - 1, top + 3.0, 2 * half + 2, 14.0), Qt.AlignmentFlag.AlignCenter, text)
-
-    def _draw_keys(self, painter: QPainter, palette: QPalette) -> None:
-        for place, key in enumerate(self.function.keys):
-            at = QPointF(self.x(key.value), self.y(key.opacity))
-            chosen = place == self.selected
-            if chosen:
-                painter.setPen(QPen(accent(palette), 1.0, Qt.PenStyle.DashLine))
-                painter.drawLine(QPointF(at.x(), self.area.top()), QPointF(at.x(), self.area.bottom()))
-            painter.setBrush(to_qcolor(key.color))
-            painter.setPen(QPen(palette.base().color(), 4.0))
-            painter.drawEllipse(at, KEY, KEY)
-            ring = accent(palette) if chosen else ink(palette, 1.0 if place == self.hovered else 0.75)
-            painter.setPen(QPen(ring, 2.2 if chosen or place == self.hovered else 1.5))
-            painter.drawEllipse(at, KEY, KEY)
 
 
 def legible_tick(opacity: float) -> str:

@@ -1,20 +1,23 @@
-"""Presets: the files below ``nodegraph/editor/presets`` and what installed packages offer as ``nodegraph.presets``.
+"""Presets: files below ``nodegraph/editor/presets``, the user's own, what packages offer as ``nodegraph.presets``.
 
 A preset is a JSON object::
 
     {"name": "Bone", "kind": "TransferFunction", "group": "CT", "unit": "HU", "value": {"keys": ..., ...}}
 
 ``value`` is the encoded value of a parameter of that kind. With ``"relative": true`` its keys run over 0..1 and are
-stretched to the range of the data. An entry point gives one such object, a list of them, or a function without
-arguments that returns either.
+stretched to the range of the data; with ``"colors": true`` it changes colours and leaves opacities alone; ``"bells"``
+holds what the editor remembers of its bells. An entry point gives one such object, a list of them, or a function
+without arguments that returns either. A file of one's own is one such object, a list, or an encoded value alone.
 """
 
 from __future__ import annotations
 
 import functools
 import json
+import os
+import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,30 +29,97 @@ from nodegraph import params
 from nodegraph.data import TransferFunction
 from nodegraph.data.image import srgb_encode
 from nodegraph.editor.parameters.color import draw_checks
+from nodegraph.editor.parameters.transfer_function.bells import Shape
+from nodegraph.editor.parameters.transfer_function.colormaps import colormaps
 from nodegraph.editor.parameters.transfer_function.keys import fitted, opacity_at
-from nodegraph.errors import GraphError
+from nodegraph.editor.settings import config_folder
+from nodegraph.errors import FormatError, GraphError
 
 FOLDER = Path(__file__).parents[2] / "presets"
 
 
 @dataclass(frozen=True)
 class Preset:
-    """A transfer function with a name. group: what it is for. relative: its keys run over 0..1."""
+    """A transfer function with a name.
+
+    group: what it is for. relative: its keys run over 0..1. colors: it is a colour map. file: where it lies, if it is
+    the user's own. shape: with its bells.
+    """
 
     name: str
     group: str
     unit: str
     relative: bool
     value: TransferFunction
+    colors: bool = False
+    file: Path | None = None
+    shape: Shape | None = None
 
-    def over(self, low: float, high: float) -> TransferFunction:
-        """The function for data in a range; one in real values stays as it is."""
-        return fitted(self.value, low, high) if self.relative else self.value
+    def over(self, low: float, high: float) -> Shape:
+        """Keys and bells for data in a range; what is in real values stays as it is."""
+        if self.relative:
+            return Shape(fitted(self.value, low, high))
+        return self.shape if self.shape is not None else Shape(self.value)
+
+    def to_json(self) -> dict[str, Any]:
+        """What `read` reads."""
+        made: dict[str, Any] = {"name": self.name, "kind": "TransferFunction", "group": self.group, "unit": self.unit}
+        made |= {"relative": True} if self.relative else {}
+        made |= {"colors": True} if self.colors else {}
+        made["value"] = self.value.to_json()
+        return made | ({"bells": self.shape.to_json()} if self.shape is not None and self.shape.bells else {})
 
 
 def presets(unit: str = "") -> list[Preset]:
-    """All presets; those in another unit than the data's come last."""
-    return sorted(_all(), key=lambda one: bool(one.unit and unit and one.unit != unit))
+    """All presets, the user's own first; those in another unit than the data's come last."""
+    return sorted(_all(), key=lambda one: (bool(one.unit and unit and one.unit != unit), one.file is None))
+
+
+def own_folder() -> Path:
+    """Where presets lie that the user saved."""
+    return config_folder() / "presets"
+
+
+def keep(name: str, shape: Shape, unit: str = "") -> Path:
+    """Save a preset of the user's own; one of this name is replaced. Raises OSError."""
+    file = own_folder() / f"{re.sub(r'[^A-Za-z0-9_-]+', '_', name).strip('_') or 'preset'}.json"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write(Preset(name, "Own", unit, False, shape.function, shape=shape), file)
+    forget()
+    return file
+
+
+def drop(preset: Preset) -> None:
+    """Delete a preset of the user's own. Raises OSError."""
+    if preset.file is not None:
+        preset.file.unlink(missing_ok=True)
+        forget()
+
+
+def write(preset: Preset, file: Path) -> None:
+    """Write a preset as JSON; the file is whole at any time. Raises OSError."""
+    beside = file.with_name(f"{file.name}.tmp")
+    beside.write_text(json.dumps(preset.to_json(), indent=1), encoding="utf-8")
+    os.replace(beside, file)
+
+
+def load(file: Path) -> Preset:
+    """Read a preset, or a transfer function alone, from JSON. Raises FormatError."""
+    try:
+        described = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise FormatError(f"no JSON can be read: {error}", file=str(file)) from error
+    if isinstance(described, list) and described:
+        described = described[0]
+    if isinstance(described, dict) and "keys" in described:
+        described = {"name": file.stem, "kind": "TransferFunction", "value": described}
+    try:
+        found = read(described)
+    except (GraphError, TypeError, ValueError, KeyError) as error:
+        raise FormatError(f"this is no preset of a transfer function: {error}", file=str(file)) from error
+    if found is None:
+        raise FormatError("this is a preset of another kind of parameter", file=str(file))
+    return found
 
 
 def refusals() -> dict[str, str]:
@@ -65,14 +135,14 @@ _refused: dict[str, str] = {}
 def _all() -> tuple[Preset, ...]:
     found = []
     _refused.clear()
-    for origin, described in _described():
+    for origin, described, file in _described():
         try:
             preset = read(described)
         except (GraphError, TypeError, ValueError, KeyError) as error:
             _refused[origin] = str(error)
             continue
         if preset is not None:
-            found.append(preset)
+            found.append(replace(preset, file=file))
     return tuple(found)
 
 
@@ -94,18 +164,32 @@ def read(described: Any) -> Preset | None:
         str(described.get("unit", "")),
         bool(described.get("relative", False)),
         value,
+        bool(described.get("colors", False)),
+        shape=_shape(described.get("bells"), value),
     )
 
 
-def _described() -> Iterator[tuple[str, Any]]:
-    for file in sorted(FOLDER.glob("*.json")):
+def _shape(noted: Any, value: TransferFunction) -> Shape | None:
+    """The bells of a preset, where its keys are still those that were made of them."""
+    if noted is None:
+        return None
+    shape = Shape.from_json(noted)
+    return shape if shape.function == value else None
+
+
+def _described() -> Iterator[tuple[str, Any, Path | None]]:
+    own = sorted(own_folder().glob("*.json"))
+    for file in (*own, *sorted(FOLDER.glob("*.json"))):
         try:
             listed = json.loads(file.read_text(encoding="utf-8"))
-        except ValueError as error:
+        except (OSError, ValueError, RecursionError) as error:
             _refused[file.name] = str(error)
             continue
         for one in listed if isinstance(listed, list) else [listed]:
-            yield f"{file.name}/{one.get('name', '') if isinstance(one, dict) else ''}", one
+            name = one.get("name", "") if isinstance(one, dict) else ""
+            yield f"{file.name}/{name}", one, file if file in own else None
+    for one in colormaps():
+        yield one["name"], one, None
     from nodegraph import plugins
 
     for plugin in plugins.discover("nodegraph.presets"):
@@ -119,16 +203,16 @@ def _described() -> Iterator[tuple[str, Any]]:
             _refused[plugin.name] = plugin.reason
             continue
         for one in offered if isinstance(offered, (list, tuple)) else [offered]:
-            yield plugin.name, one
+            yield plugin.name, one, None
 
 
-def thumbnail(function: TransferFunction, width: int, height: int) -> QPixmap:
-    """The colours of a function over its domain, shining through as far as they are transparent."""
+def thumbnail(function: TransferFunction, width: int, height: int, solid: bool = False) -> QPixmap:
+    """The colours of a function over its domain, shining through as far as they are transparent, unless solid."""
     low, high = function.domain
     rows = low + (high - low) * (np.arange(width) + 0.5) / width
     colors = function.evaluate(rows)[:, :3]
     # The fourth root shows what is thin as well: opacities per millimetre are small.
-    alpha = opacity_at(function, rows) ** 0.25
+    alpha = np.ones(width) if solid else opacity_at(function, rows) ** 0.25
     pixels = np.empty((1, width, 4), np.uint8)
     pixels[0, :, :3] = np.rint(srgb_encode(np.clip(colors, 0.0, 1.0)) * 255)
     pixels[0, :, 3] = np.rint(alpha * 255)
