@@ -220,6 +220,17 @@ def track_of(network: Network, target: str) -> Track:
     return Track(target, ())
 
 
+def key_at(network: Network, target: str, frame: int) -> Command:
+    """The command that sets a key at a frame for the value that a parameter has now. Raises ParameterError."""
+    return write_track(network, track_of(network, target).with_key(Key(frame, links.value_of(network, target))))
+
+
+def without_key(network: Network, target: str, frame: int) -> Command:
+    """The command that removes the key of a parameter at a frame; a track without any goes, too."""
+    track = track_of(network, target)
+    return write_track(network, Track(track.target, tuple(key for key in track.keys if key.frame != frame)))
+
+
 def shared_place(network: Network, target: str) -> str:
     """One name for all parameters that share a value: of the variable that a parameter follows, else its own."""
     path, param = split(target)

@@ -70,6 +70,7 @@ class Session(QObject):
         self.engine = engine if engine is not None else Engine()
         self.report = Report()
         self.level = ""
+        self.frame = 0  # of the animation, the one that is shown
         self.network: Network
         self.mail = Mailbox(self)
         self.states: States

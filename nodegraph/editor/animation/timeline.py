@@ -45,7 +45,6 @@ class Timeline(QWidget):
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.session = session
-        self.frame = 0
         self.export: Export | None = None
         self._tracks: list[Track] = []
         self._trouble = ""
@@ -139,6 +138,11 @@ class Timeline(QWidget):
     # -- reading the document -------------------------------------------------------------------------------------
 
     @property
+    def frame(self) -> int:
+        """The frame that is shown."""
+        return self.session.frame
+
+    @property
     def span(self) -> Span:
         """The frames of the document; the usual ones where what it says cannot be read."""
         try:
@@ -181,7 +185,7 @@ class Timeline(QWidget):
     def _restart(self) -> None:
         self._open = False
         self.stop()
-        self.frame = self.span.first
+        self.session.frame = self.span.first
         self.refresh()
 
     # -- time -----------------------------------------------------------------------------------------------------
@@ -195,7 +199,7 @@ class Timeline(QWidget):
 
     def show_frame(self, frame: int) -> None:
         """Set the values of a frame in the document."""
-        self.frame = frame
+        self.session.frame = frame
         try:
             moves = animation.moves(self.session.network, frame, self._tracks)
         except GraphError as error:
@@ -284,9 +288,7 @@ class Timeline(QWidget):
     def add_key(self, target: str) -> None:
         """Set a key for the present value of a parameter at the present frame."""
         try:
-            value = links.value_of(self.session.network, target)
-            track = animation.track_of(self.session.network, target).with_key(Key(self.frame, value))
-            self._write(track)
+            self.session.do(animation.key_at(self.session.network, target, self.frame))
         except GraphError as error:
             self.session.tell("error", str(error))
 

@@ -2,61 +2,136 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QMenu
+from PySide6.QtGui import QAction, QGuiApplication
+from PySide6.QtWidgets import QInputDialog, QMenu
 
-from nodegraph.editor.parameters.place import DERIVABLE
+from nodegraph.editor.parameters import presets
+from nodegraph.editor.parameters.place import DERIVABLE, Place, Tie
+from nodegraph.editor.parameters.presets import Preset
+from nodegraph.errors import GraphError
 
 if TYPE_CHECKING:
     from nodegraph.editor.parameters.row import ParameterRow
 
 
 class ParameterMenu(QMenu):
-    """Reset, copy, paste, link, unlink, expression: for one row of the panel. It deletes itself when it closes."""
+    """What can be done with the parameter of one row of the panel. It deletes itself when it closes."""
 
     def __init__(self, row: ParameterRow) -> None:
         super().__init__(row)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.row = row
-        place = row.place
+        self.place = place = row.place
         tie = place.tie()
-        reset = self.addAction("Reset to default", row.reset)
-        reset.setEnabled(not tie.locked and not place.is_default())
+        self._offer("Reset to default", place.reset, not tie.locked and not place.is_default())
         self.addSeparator()
-        self.addAction("Copy value", self._copy)
-        paste = self.addAction("Paste value", self._paste)
-        paste.setEnabled(not tie.locked and bool(QGuiApplication.clipboard().text()))
+        self.addAction("Copy value", partial(self._copy, place.text))
+        self.addAction("Copy as Python", partial(self._copy, place.as_python))
+        clipboard = QGuiApplication.clipboard().text()
+        self._offer("Paste value", partial(place.paste, clipboard), not tie.locked and bool(clipboard))
+        if place.declared.kind not in presets.ELSEWHERE and not tie.locked:
+            self._add_presets()
         self.addSeparator()
         if tie.kind != "wire":
-            self._add_links(tie.source if tie.kind == "variable" else "")
-        if place.name in place.node.links:
-            self.addAction(f"Unlink from {tie.source}", lambda: row.finish(place.unlink()))
+            self._add_links(tie)
         if place.declared.kind in DERIVABLE and tie.kind != "wire":
-            text = "Edit expression" if tie.kind == "expression" else "Expression …"
-            self.addAction(text, row.start_expression)
+            self.addAction("Edit expression" if tie.kind == "expression" else "Expression …", row.start_expression)
+        self._add_face(tie)
+        if tie.kind not in ("wire", "expression"):
+            self.addSeparator()
+            self._add_keys()
 
-    def _add_links(self, present: str) -> None:
-        place = self.row.place
+    def _offer(self, text: str, act: Callable[[], str], enabled: bool = True, menu: QMenu | None = None) -> QAction:
+        """An entry that edits the document and says where it cannot."""
+        action = (menu or self).addAction(text, lambda: self.row.finish(act()))
+        action.setEnabled(enabled)
+        return action
+
+    def _copy(self, text: Callable[[], str]) -> None:
+        try:
+            QGuiApplication.clipboard().setText(text())
+        except GraphError as error:
+            self.row.finish(str(error))
+
+    # -- variables, expressions, groups ---------------------------------------------------------------------------
+
+    def _add_links(self, tie: Tie) -> None:
+        place, present = self.place, tie.source if tie.kind == "variable" else ""
         links = self.addMenu("Link to")
         for name in place.variables():
-            action = links.addAction(name, partial(self._link, name))
+            action = self._offer(name, partial(place.link, name), name != present, links)
             action.setCheckable(True)
             action.setChecked(name == present)
-            action.setEnabled(name != present)
         if links.actions():
             links.addSeparator()
         fresh = place.fresh_variable()
-        links.addAction(f"New variable “{fresh}”", partial(self._link, fresh))
+        self._offer(f"New variable “{fresh}”", partial(place.link, fresh), menu=links)
+        if place.name in place.node.links:
+            self._offer(f"Unlink from {tie.source}", place.unlink)
 
-    def _link(self, variable: str) -> None:
-        self.row.finish(self.row.place.link(variable))
+    def _add_face(self, tie: Tie) -> None:
+        face = self.place.face()
+        if face is None:
+            return
+        group, shown = face
+        if shown:
+            self._offer(f"Take off the face of “{group}”", self.place.hide_from_face)
+        elif tie.kind != "wire":
+            self._offer(f"Show on the face of “{group}”", self.place.show_on_face)
 
-    def _copy(self) -> None:
-        QGuiApplication.clipboard().setText(self.row.place.text())
+    # -- time -----------------------------------------------------------------------------------------------------
 
-    def _paste(self) -> None:
-        self.row.finish(self.row.place.paste(QGuiApplication.clipboard().text()))
+    def _add_keys(self) -> None:
+        frame, keys = self.place.session.frame, self.place.keys()
+        self._offer(f"{'Replace the' if frame in keys else 'Add a'} key at frame {frame}", self.place.add_key)
+        if frame in keys:
+            self._offer(f"Remove the key at frame {frame}", self.place.remove_key)
+
+    # -- presets --------------------------------------------------------------------------------------------------
+
+    def _add_presets(self) -> None:
+        menu = self.addMenu("Presets")
+        found = presets.presets_for(self.place)
+        for preset in found:
+            self._offer(preset.name, partial(self.place.set, preset.value), menu=menu)
+        if found:
+            menu.addSeparator()
+        menu.addAction("Save as a preset …", self._ask_name)
+        own = [preset for preset in found if preset.file is not None]
+        if own:
+            delete = menu.addMenu("Delete")
+            for preset in own:
+                delete.addAction(preset.name, partial(self._drop, preset))
+
+    def _ask_name(self) -> QInputDialog:
+        """Ask for a name beside the window; the menu is gone when it is answered."""
+        dialog = QInputDialog(self.row.window())
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.setWindowTitle("Save as a preset")
+        dialog.setLabelText("Name")
+        dialog.textValueSelected.connect(partial(_save, self.place))
+        dialog.open()
+        return dialog
+
+    def _drop(self, preset: Preset) -> None:
+        try:
+            presets.drop(preset)
+        except OSError as error:
+            self.row.finish(f"{preset.name}: {error.strerror or error}")
+
+
+def _save(place: Place, name: str) -> None:
+    """Save the value of a parameter as a preset; without a name nothing is saved."""
+    if not name.strip():
+        return
+    try:
+        presets.keep(place, name.strip())
+    except OSError as error:
+        place.session.tell("error", f"the preset was not saved: {error.strerror or error}", place.path)
+    except GraphError as error:
+        place.session.tell("error", f"the preset was not saved: {error}", place.path)

@@ -168,6 +168,7 @@ class NumberEntry(QLineEdit):
         self.setMinimumWidth(40)
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.setTextMargins(2, 0, 2, 0)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)  # that of the parameter opens
         self.editingFinished.connect(self._read)
         self.show_number(0.0)
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from nodegraph import links
+from nodegraph import animation, links
 from nodegraph.commands import Command, Reset, Set
 from nodegraph.errors import GraphError, ParameterError
-from nodegraph.network import Kept, Node, Variable, unique
+from nodegraph.group_commands import HidePort, ShowPort
+from nodegraph.network import Kept, Network, Node, Variable, unique
 from nodegraph.params import File, Folder, Parameter, Text
 from nodegraph.variable_commands import AddVariable, Link, SetExpression, Unlink
 from nodegraph.wires import feeds
@@ -120,6 +123,35 @@ class Place:
         value = self.value()
         return str(value) if isinstance(value, str) else json.dumps(declared.encode(value))
 
+    def as_python(self) -> str:
+        """What a script says to decide the value in the same way; ``net`` is the network."""
+        tie = self.tie()
+        if tie.kind == "wire":
+            return f"net.connect({tie.source!r}, {self.target!r})"
+        if tie.kind == "own":
+            return f"net.set({self.target!r}, {_literal(self.declared, self.value())})"
+        name = self._level_of(tie.source) + tie.source
+        decided = f"net.set({name!r}, {_literal(self.declared, self.value())})"
+        if tie.kind == "expression":
+            decided = f"net.derive({name!r}, {tie.text!r})"
+        return f"net.link({self.target!r}, {tie.source!r})\n{decided}"
+
+    def face(self) -> tuple[str, str] | None:
+        """The group around the node, and the name that its face shows the parameter under, if it does."""
+        level = self.node.parent
+        if level is None or level.owner is None:
+            return None
+        port = f"{self.node.id}.{self.name}"
+        shown = (name for name, ports in level.owner.expose.params.items() if port in ports)
+        return level.owner.path, next(shown, "")
+
+    def keys(self) -> list[int]:
+        """The frames at which the animation has keys for the value."""
+        try:
+            return [key.frame for key in animation.track_of(self.session.network, self.target).keys]
+        except GraphError:
+            return []
+
     # -- changing: each returns why it was refused, or "" -------------------------------------------------------
 
     def set(self, value: Any) -> str:
@@ -174,6 +206,35 @@ class Place:
         name = self.fresh_variable(f"{self.node.id}_{self.name}")
         return self._do(AddVariable(name, self.declared.kind, expression=text), Link(self.target, name), step="derive")
 
+    def show_on_face(self) -> str:
+        """Show the parameter on the face of the group around its node."""
+        face = self.face()
+        assert face is not None
+        group = self.session.network.node(face[0])
+        name = unique(self.name, [*group.expose.inputs, *group.expose.params])
+        return self._do(ShowPort(group.path, "params", name, f"{self.node.id}.{self.name}"))
+
+    def hide_from_face(self) -> str:
+        """Take the parameter off the face of the group around its node."""
+        face = self.face()
+        assert face is not None
+        return self._do(HidePort(face[0], "params", face[1]))
+
+    def add_key(self) -> str:
+        """Set a key of the animation for the present value at the frame that is shown."""
+        return self._animate(animation.key_at)
+
+    def remove_key(self) -> str:
+        """Remove the key of the animation at the frame that is shown."""
+        return self._animate(animation.without_key)
+
+    def _animate(self, make: Callable[[Network, str, int], Command]) -> str:
+        try:
+            command = make(self.session.network, self.target, self.session.frame)
+        except GraphError as error:
+            return str(error)
+        return self._do(command)
+
     def begin(self) -> None:
         """Start a gesture: what follows until `end` is undone together."""
         self.session.begin(f"set {self.name}")
@@ -221,6 +282,17 @@ class Place:
 
     def _all_names(self) -> frozenset[str]:
         return frozenset(name for level in self.session.network.levels() for name in level.variables)
+
+
+def _literal(declared: Parameter, value: Any) -> str:
+    """A value as arguments of ``net.set``: itself where Python can write it, else as JSON."""
+    text = repr(value)
+    try:
+        if ast.literal_eval(text) == value:
+            return text
+    except (ValueError, SyntaxError):
+        pass  # an object, or a number such as inf
+    return f"{declared.encode(value)!r}, encoded=True"
 
 
 def shown_parameters(place_of: Session, path: str) -> list[str]:
