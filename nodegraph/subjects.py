@@ -67,6 +67,17 @@ def cameras_of(network: Network, view: str) -> list[str]:
     return [target for target, value in found.values() if first is not None and value == first[1]]
 
 
+def moved_with(network: Network, view: str) -> list[str]:
+    """All parameters ``node.parameter`` of a view and upstream of it that change when it is turned, nearest first."""
+    places = {_place(network, target) for target in cameras_of(network, view)}
+    return [
+        f"{node.path}.{name}"
+        for node in upstream(network.flatten(), view)
+        for name in node.values
+        if _is(node, name, "camera") and _place(network, f"{node.path}.{name}") in places
+    ]
+
+
 def upstream(flat: Flat, view: str) -> Iterator[FlatNode]:
     """A node and everything that it needs, what is wired to parameters included, nearest first."""
     waiting, seen = [view], {view}

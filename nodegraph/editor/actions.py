@@ -20,18 +20,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """One command. act: a method of the window, or of the canvas where ``canvas`` is said."""
+    """One command. act: a method of the window, or of ``on``: the canvas, or the tools of the view used last."""
 
     act: str
     text: str
     icon: str = ""
     key: str = ""
-    canvas: bool = False
+    on: str = ""
 
 
 def _on_canvas(act: str, icon: str = "") -> Told:
     words, key = CANVAS[act]
-    return Told(act, words, icon, key, canvas=True)
+    return Told(act, words, icon, key, "canvas")
+
+
+def _in_view(act: str, words: str, key: str = "") -> Told:
+    return Told(act, words, "", key, "view")
 
 
 MENUS: dict[str, tuple[Told | None, ...]] = {
@@ -88,6 +92,20 @@ MENUS: dict[str, tuple[Told | None, ...]] = {
         Told("toggle_theme", "Light or dark", "theme", "Ctrl+Shift+L"),
         Told("toggle_full_screen", "Full screen", "full_screen", "Ctrl+F11"),
     ),
+    "&Picture": (
+        _in_view("crosshair", "Cross-hair", "X"),
+        _in_view("fly", "Fly", "Shift+F"),
+        None,
+        _in_view("distance", "Measure a distance", "D"),
+        _in_view("angle", "Measure an angle", "A"),
+        _in_view("rectangle", "Measure a rectangle", "R"),
+        _in_view("polygon", "Measure a polygon", "P"),
+        None,
+        _in_view("link_cameras", "Turn all views together"),
+        _in_view("own_camera", "Turn this view alone"),
+        None,
+        _in_view("copy_place", "Copy value and position"),
+    ),
     "&Help": (
         Told("open_commands", "All commands ...", "commands", "Ctrl+K"),
         Told("show_help", "Help", "info", "F1"),
@@ -98,7 +116,7 @@ BAR = ("new", "open_dialog", "save", None, "undo", "redo", None, "mute", "group"
 
 
 def make(window: Window) -> dict[str, QAction]:
-    """Make the actions and fill the menu bar. The canvas hears its own keys itself, and only when it is used."""
+    """Make the actions and fill the menu bar. The canvas and the views hear their own keys, while they are used."""
     made: dict[str, QAction] = {}
     for title, entries in MENUS.items():
         menu = window.menuBar().addMenu(title)
@@ -113,7 +131,7 @@ def make(window: Window) -> dict[str, QAction]:
                 action.setProperty("icon_name", told.icon)
                 if told.key:
                     action.setShortcut(QKeySequence(told.key))
-                if told.canvas:
+                if told.on:
                     action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
                 action.triggered.connect(_call(window, told))
     made["close"].setMenuRole(QAction.MenuRole.QuitRole)
@@ -166,6 +184,11 @@ def fill_panels(window: Window) -> None:
 
 def _call(window: Window, told: Told) -> Callable[[], None]:
     def act() -> None:
-        getattr(window.canvas if told.canvas else window, told.act)()
+        if told.on == "view":
+            view = window.view_docks.current()
+            if view is not None:
+                getattr(view.toolbox, told.act)()
+        else:
+            getattr(window.canvas if told.on == "canvas" else window, told.act)()
 
     return act

@@ -10,6 +10,7 @@ from nodegraph.editor.quad import quad
 from nodegraph.editor.views.dock import ViewDock
 
 if TYPE_CHECKING:
+    from nodegraph.editor.views.view import ViewWidget
     from nodegraph.editor.window import Window
 
 ABOVE = Qt.DockWidgetArea.TopDockWidgetArea
@@ -37,6 +38,14 @@ class ViewDocks:
                 self.window.titles.add(dock)
                 self.docks.append(dock)
                 self.place(dock)
+
+    def current(self) -> ViewWidget | None:
+        """The view that had the keyboard last; None, with a message, where the document has none."""
+        shown = [dock.view for dock in self.docks if not dock.isHidden()]
+        if not shown:
+            self.window.session.tell("info", "no view is open: add an output.view, or show its panel")
+            return None
+        return max(shown, key=lambda view: view.used)
 
     def place(self, dock: ViewDock) -> None:
         """Views stand beside each other above the canvas."""

@@ -43,13 +43,14 @@ from nodegraph.editor.status import Banner, Status
 from nodegraph.editor.view_docks import ViewDocks
 from nodegraph.editor.views.browser import ImageBrowser
 from nodegraph.editor.views.compare import CompareView
+from nodegraph.editor.views.measure_list import MeasureList
 from nodegraph.editor.welcome import Welcome
 from nodegraph.errors import GraphError
 
 LAYOUT = "window"
 """Key of the document's ``ui`` that holds where the panels are."""
 FILES = "Workspaces and pictures that carry one (*.json *.png *.exr)"
-BELOW = ("messages", "profile", "images", "compare", "timeline", "console")
+BELOW = ("messages", "profile", "images", "compare", "measures", "timeline", "console")
 LEFT, RIGHT, BOTTOM = (
     Qt.DockWidgetArea.LeftDockWidgetArea,
     Qt.DockWidgetArea.RightDockWidgetArea,
@@ -109,6 +110,7 @@ class Window(QMainWindow):
         self._add_dock("profile", "Profile", self.profile)
         self._add_dock("images", "Images", self.images)
         self._add_dock("compare", "Compare", self.compare)
+        self._add_dock("measures", "Measures", MeasureList(self.session))
         self._add_dock("timeline", "Timeline", self.timeline)
         self._add_dock("console", "Python", self.console)
         self.actions_by_name = actions.make(self)

@@ -17,6 +17,7 @@ from nodegraph.commands import Set
 from nodegraph.editor import actions, theme
 from nodegraph.editor.app import application
 from nodegraph.editor.settings import Settings
+from nodegraph.editor.views.toolbox import Toolbox
 from nodegraph.editor.window import LAYOUT, Window
 from tests.editor.conftest import MakeWindow, left_of
 from tests.editor.test_session import small
@@ -40,11 +41,12 @@ def opened(window: Window, file: Path, qtbot: QtBot) -> Window:
 
 def test_every_command_exists_and_has_an_icon_that_is_there(window: Window) -> None:
     told = [entry for entries in actions.MENUS.values() for entry in entries if entry is not None]
+    owners = {"": window, "canvas": window.canvas, "view": Toolbox}
     keys = [entry.key for entry in told if entry.key]
     assert len(set(keys)) == len(keys)
     for entry in told:
         if entry.act not in actions.SUBMENUS:
-            assert callable(getattr(window.canvas if entry.canvas else window, entry.act))
+            assert callable(getattr(owners[entry.on], entry.act))
         if entry.icon:
             assert not theme.icon(entry.icon, window.palette()).isNull()
 

@@ -21,6 +21,9 @@ Point = tuple[float, float]
 BALL = 0.85
 """Radius of the ball that a drag turns, in half the shorter side of the picture."""
 
+STEEPEST = 89.0
+"""Degrees that somebody who flies may look up or down."""
+
 AXES: dict[str, tuple[str, tuple[float, float, float], tuple[float, float, float]]] = {
     "front": ("Front", (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
     "back": ("Back", (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
@@ -106,6 +109,28 @@ def along(camera: Camera, axis: str) -> Camera:
     return camera.with_(eye=tuple(np.add(camera.target, np.multiply(direction, distance)).tolist()), up=up)
 
 
+def flown(camera: Camera, step: Iterable[float]) -> Camera:
+    """Move eye and focus by (right, up, forward) mm as the camera sees them."""
+    right, up, forward = camera.basis
+    x, y, z = step
+    shift = x * right + y * up + z * forward
+    return camera.with_(
+        eye=tuple(np.add(camera.eye, shift).tolist()), target=tuple(np.add(camera.target, shift).tolist())
+    )
+
+
+def looked(camera: Camera, degrees: tuple[float, float]) -> Camera:
+    """Turn the camera in its place: (to the right about its own up, upwards). It never looks straight along up."""
+    up = normalize(camera.up)
+    offset = rotation(up, -math.radians(degrees[0])) @ np.subtract(camera.target, camera.eye)
+    length = float(np.linalg.norm(offset))
+    level = normalize(offset - (offset @ up) * up)
+    height = math.degrees(math.asin(max(-1.0, min(1.0, float(offset @ up) / length))))
+    angle = math.radians(min(max(height + degrees[1], -STEEPEST), STEEPEST))
+    offset = length * (math.cos(angle) * level + math.sin(angle) * up)
+    return camera.with_(target=tuple(np.add(camera.eye, offset).tolist()))
+
+
 def fitted(camera: Camera, corners: Iterable[Iterable[float]], size: Size, margin: float = 1.05) -> Camera:
     """Show all of some points (world, mm) from the same direction, their middle in the focus."""
     points = np.asarray([tuple(corner) for corner in corners], np.float64)
@@ -181,6 +206,23 @@ def seen_on_plane(plane: Plane, height: float, size: Size, point: Iterable[float
     right, up = plane.axes
     offset, pixel = np.asarray(tuple(point)) - plane.origin, height / size[1]
     return float(offset @ right) / pixel + size[0] / 2, size[1] / 2 - float(offset @ up) / pixel
+
+
+def through(plane: Plane, point: Iterable[float]) -> Plane:
+    """The plane moved along its normal until it goes through a point."""
+    off = float((np.asarray(tuple(point)) - plane.origin) @ plane.unit_normal)
+    return Plane(tuple((plane.origin + off * plane.unit_normal).tolist()), plane.normal)
+
+
+def common_point(planes: Iterable[Plane], near: Iterable[float]) -> Vector:
+    """The point of all planes that is nearest to another; where they have none in common, one as near as can be."""
+    start, planes = np.asarray(tuple(near), np.float64), list(planes)
+    if not planes:
+        return start
+    normals = np.array([plane.unit_normal for plane in planes])
+    offs = np.array([(plane.origin - start) @ plane.unit_normal for plane in planes])
+    point: Vector = start + np.linalg.lstsq(normals, offs, rcond=None)[0]
+    return point
 
 
 def scrolled(plane: Plane, world_to_index: Vector, steps: float) -> Plane:

@@ -11,7 +11,8 @@ import numpy as np
 from nodegraph.data import Volume
 from nodegraph.data.space import Vector, transform_points
 from nodegraph.editor.views import navigation as nav
-from nodegraph.editor.views.interactors import CameraInteractor, CutInteractor
+from nodegraph.editor.views.cuts import CutInteractor
+from nodegraph.editor.views.interactors import CameraInteractor
 
 if TYPE_CHECKING:
     from nodegraph.editor.views.view import ViewWidget
@@ -38,18 +39,17 @@ class Pick:
 
     def text(self, value: float | None = None) -> str:
         """One line."""
-        parts = [
-            f"{self.pixel[0]}, {self.pixel[1]}",
-            f"{color_name(len(self.color))} {_numbers(self.color, 2 if len(self.color) == 4 else 3)}",
-        ]
+        parts = []
         if value is not None:
             parts.append(f"value {value:.6g} {self.unit}".rstrip())
         if self.id is not None:
             parts.append(f"id {self.id}")
+        if self.world is not None:
+            parts.append(f"at {_places(self.world)} mm")
         if self.depth is not None:
             parts.append(f"depth {self.depth:.1f} mm")
-        if self.world is not None:
-            parts.append(f"at {_numbers(self.world.tolist(), 1)} mm")
+        parts.append(f"pixel {self.pixel[0]}, {self.pixel[1]}")
+        parts.append(f"{color_name(len(self.color))} {_numbers(self.color, 2 if len(self.color) == 4 else 3)}")
         return GAP.join(parts)
 
 
@@ -97,6 +97,12 @@ def value_at(volume: Volume, world: Vector) -> float | None:
     if (index < 0).any() or (index >= volume.dims).any():
         return None
     return float(volume.part(index, index + 1).real(np.float64)[0, 0, 0])
+
+
+def _places(world: Vector) -> str:
+    """A point of the world with digits that suit: a tenth of a millimetre, or more where all is small."""
+    small = float(np.abs(world).max()) < 1.0
+    return _numbers(world.tolist(), 5 if small else 1)
 
 
 def _numbers(numbers: tuple[float, ...] | list[float], digits: int) -> str:

@@ -11,6 +11,9 @@ from PySide6.QtWidgets import QWidget
 if TYPE_CHECKING:
     from nodegraph.editor.views.view import ViewWidget
 
+CLICK = 4.0
+"""Pixels within which a press and a release are a click."""
+
 
 class Tool(QObject):
     """A part of one view. What it does not take (False) goes to the next tool, and at last to the interactor.
@@ -43,6 +46,10 @@ class Tool(QObject):
 
     def release(self, event: QMouseEvent) -> bool:
         """A button went up."""
+        return False
+
+    def click(self, event: QMouseEvent) -> bool:
+        """A button went up where it went down; whoever took the press hears of it after the release."""
         return False
 
     def double_click(self, event: QMouseEvent) -> bool:

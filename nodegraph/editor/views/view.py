@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+import time
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
+from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QVBoxLayout, QWidget
 
 from nodegraph.data import Image, Volume
+from nodegraph.editor.views.cuts import CutInteractor
 from nodegraph.editor.views.handles import Handles
 from nodegraph.editor.views.icons import IconButton
-from nodegraph.editor.views.interactors import CameraInteractor, CutInteractor, Interactor
-from nodegraph.editor.views.navigation import AXES
+from nodegraph.editor.views.interactors import CameraInteractor, Interactor
 from nodegraph.editor.views.pick import Pick, pick
 from nodegraph.editor.views.picture_area import PictureArea
 from nodegraph.editor.views.progress_strip import ProgressStrip
@@ -22,7 +21,8 @@ from nodegraph.editor.views.readout import Readout
 from nodegraph.editor.views.shown import VIEWPORT, Shown, linear, shown
 from nodegraph.editor.views.sight import Sight
 from nodegraph.editor.views.status_line import StatusLine
-from nodegraph.editor.views.tools import Tool, mouse_inside, wheel_inside
+from nodegraph.editor.views.toolbox import Toolbox
+from nodegraph.editor.views.tools import CLICK, Tool, mouse_inside, wheel_inside
 from nodegraph.errors import CommandError, GraphError
 from nodegraph.requests import coarseness
 from nodegraph.subjects import Subject, subject_of, things_of
@@ -56,7 +56,9 @@ class ViewWidget(QWidget):
         self._newest = 0
         self._told = ""
         self.tools: list[Tool] = []
+        self.used = 0.0  # when it had the keyboard last
         self._taker: Tool | None = None
+        self._pressed: tuple[Qt.MouseButton, QPointF] | None = None
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.area = PictureArea(self, zooming=False)
         self.area.setMouseTracking(True)
@@ -66,6 +68,7 @@ class ViewWidget(QWidget):
         self.tools.append(self.handles)
         self.readout = Readout(self)
         self._facts = StatusLine(self, quiet=True)
+        self.toolbox = Toolbox(self)
         self._lay_out()
         self._settle = QTimer(self, singleShot=True, interval=SETTLE)
         self._settle.timeout.connect(self._watch)
@@ -94,11 +97,6 @@ class ViewWidget(QWidget):
     # -- what it is made of ---------------------------------------------------------------------------------------
 
     def _lay_out(self) -> None:
-        self._menu = QMenu(self)
-        self._menu.aboutToShow.connect(self._fill_menu)
-        look = IconButton("axes", "Look along an axis", self)
-        look.setMenu(self._menu)
-        look.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         fit = IconButton("fit", "Fit (F)", self)
         fit.clicked.connect(self.fit)
         self._projection = IconButton("perspective", "Orthographic (5)", self)
@@ -110,8 +108,9 @@ class ViewWidget(QWidget):
         bar = QHBoxLayout()
         bar.setContentsMargins(4, 2, 4, 2)
         bar.setSpacing(2)
-        for button in (look, fit, self._projection):
+        for button in (self.toolbox.look, fit, self._projection):
             bar.addWidget(button)
+        self.toolbox.fill_bar(bar)
         bar.addWidget(self._facts, 1)
         bar.addWidget(save)
         bar.addWidget(self._full)
@@ -121,34 +120,6 @@ class ViewWidget(QWidget):
         layout.addLayout(bar)
         layout.addWidget(self.area, 1)
         layout.addWidget(self.readout.line)
-
-    def _fill_menu(self) -> None:
-        self._menu.clear()
-        cut = isinstance(self.interactor, CutInteractor)
-        keys = {"front": "1", "back": "Ctrl+1", "left": "3", "right": "Ctrl+3", "top": "7", "bottom": "Ctrl+7"}
-        names = {"front": "Coronal", "left": "Sagittal", "top": "Axial"}
-        for axis, (label, _, _) in AXES.items():
-            text = names.get(axis, "") if cut else f"From the {label.lower()}"
-            if text:
-                self._entry(f"{text}\t{keys[axis]}", partial(self.look, axis))
-        self._menu.addSeparator()
-        self._entry("Fit\tF", self.fit)
-        if isinstance(self.interactor, CutInteractor) and self.subject.window:
-            self._entry("All values from black to white", self.interactor.reset_window)
-        if isinstance(self.interactor, CameraInteractor):
-            camera = self.interactor.camera()
-            entry = self._entry("Orthographic\t5", self.switch_projection)
-            entry.setCheckable(True)
-            entry.setChecked(camera is not None and camera.orthographic)
-            entry = self._entry("Handles of the selection\tH", self.handles.toggle)
-            entry.setCheckable(True)
-            entry.setChecked(self.handles.shown)
-
-    def _entry(self, text: str, act: Callable[[], object]) -> QAction:
-        entry = self._menu.addAction(text)
-        entry.triggered.connect(lambda _=False: act())
-        entry.setEnabled(self.interactor is not None)
-        return entry
 
     # -- asking and showing ---------------------------------------------------------------------------------------
 
@@ -252,6 +223,11 @@ class ViewWidget(QWidget):
             flat = camera is not None and camera.orthographic
             self._projection.show_icon("orthographic" if flat else "perspective")
             self._projection.setToolTip("To perspective (5)" if flat else "To orthographic (5)")
+        self.refresh_tools()
+
+    def refresh_tools(self) -> None:
+        """Show anew what the tools draw and which of them are on."""
+        self.toolbox.refresh()
 
     # -- what can be done -----------------------------------------------------------------------------------------
 
@@ -331,6 +307,7 @@ class ViewWidget(QWidget):
         if not self.area.geometry().contains(event.position().toPoint()):
             return
         inside = mouse_inside(event, self, self.area)
+        self._pressed = event.button(), inside.position()
         if self._taker is not None:
             self._taker.press(inside)
             return
@@ -347,6 +324,7 @@ class ViewWidget(QWidget):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         inside = mouse_inside(event, self, self.area)
+        pressed, self._pressed = self._pressed, None
         if self._taker is not None:
             self._taker.release(inside)
             if not event.buttons():
@@ -354,6 +332,16 @@ class ViewWidget(QWidget):
         elif self.interactor is not None:
             self.interactor.release(inside)
         self._find_subject()
+        if pressed is not None and pressed[0] == event.button():
+            if (inside.position() - pressed[1]).manhattanLength() < CLICK:
+                self._click(inside)
+
+    def _click(self, event: QMouseEvent) -> None:
+        place = event.position()
+        if event.button() == Qt.MouseButton.RightButton and self.interactor is not None:
+            self.toolbox.menu_at((place.x(), place.y()), event.globalPosition().toPoint())
+        else:
+            any(tool.click(event) for tool in self.tools)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         inside = mouse_inside(event, self, self.area)
@@ -394,6 +382,10 @@ class ViewWidget(QWidget):
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         if not any(tool.key_up(event) for tool in self.tools):
             super().keyReleaseEvent(event)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        self.used = time.monotonic()
+        super().focusInEvent(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         self._settle.start()

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QApplication
 from nodegraph import Camera, Float, Input, Interval, Output, Plane, Processor, data
 from nodegraph.data import Image, Volume
 from nodegraph.editor.session import Session
+from nodegraph.editor.views.view import ViewWidget
 from nodegraph.engine import Engine
 from nodegraph.errors import UnknownProcessor
 from nodegraph.network import Network
@@ -129,3 +130,24 @@ def until(qtbot) -> Callable[[Callable[[], object]], None]:
         qtbot.waitUntil(lambda: bool(holds()), timeout=10_000)
 
     return wait
+
+
+@pytest.fixture
+def view(qtbot, session, until) -> ViewWidget:
+    widget = ViewWidget(session, "view")
+    qtbot.addWidget(widget)
+    widget.resize(200, 200)
+    widget.show()
+    until(lambda: widget.shown is not None)
+    return widget
+
+
+@pytest.fixture
+def section(qtbot, session, until) -> ViewWidget:
+    widget = ViewWidget(session, "section")
+    qtbot.addWidget(widget)
+    widget.resize(200, 200)
+    widget.show()
+    until(lambda: widget.shown is not None)
+    until(lambda: widget.interactor._whole is not None)
+    return widget

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QColor, QWheelEvent
+from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -20,70 +20,7 @@ from nodegraph.editor.views.shown import VIEWPORT, channels_of, linear, shown
 from nodegraph.editor.views.tools import Tool
 from nodegraph.editor.views.view import ViewWidget
 from nodegraph.formats import png, srgb
-
-LEFT, MIDDLE, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton
-NONE = Qt.KeyboardModifier.NoModifier
-
-
-@pytest.fixture
-def view(qtbot, session, until) -> ViewWidget:
-    widget = ViewWidget(session, "view")
-    qtbot.addWidget(widget)
-    widget.resize(200, 200)
-    widget.show()
-    until(lambda: widget.shown is not None)
-    return widget
-
-
-@pytest.fixture
-def section(qtbot, session, until) -> ViewWidget:
-    widget = ViewWidget(session, "section")
-    qtbot.addWidget(widget)
-    widget.resize(200, 200)
-    widget.show()
-    until(lambda: widget.shown is not None)
-    until(lambda: widget.interactor._whole is not None)
-    return widget
-
-
-def drag(widget: ViewWidget, start: tuple[int, int], end: tuple[int, int], button=LEFT, modifiers=NONE) -> None:
-    area = widget.area
-    QTest.mousePress(area, button, modifiers, QPoint(*start))
-    for part in (0.3, 0.6, 1.0):
-        place = QPointF(*(a + (b - a) * part for a, b in zip(start, end, strict=True)))
-        move(widget, place, button, modifiers)
-    QTest.mouseRelease(area, button, modifiers, QPoint(*end))
-
-
-def move(widget: ViewWidget, place: QPointF, button=Qt.MouseButton.NoButton, modifiers=NONE) -> None:
-    """A move with its buttons: QTest's own has none."""
-    from PySide6.QtCore import QEvent
-    from PySide6.QtGui import QMouseEvent
-
-    area = widget.area
-    event = QMouseEvent(
-        QEvent.Type.MouseMove, place, area.mapToGlobal(place), Qt.MouseButton.NoButton, button, modifiers
-    )
-    QApplication.sendEvent(area, event)
-
-
-def wheel(widget: ViewWidget, at: QPointF, steps: int, modifiers=NONE) -> None:
-    event = QWheelEvent(
-        widget.area.mapTo(widget, at),  # where Qt takes the notches that the area leaves to the view
-        widget.area.mapToGlobal(at),
-        QPoint(),
-        QPoint(0, 120 * steps),
-        Qt.MouseButton.NoButton,
-        modifiers,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(widget, event)
-
-
-def size_of(widget: ViewWidget) -> tuple[int, int]:
-    return widget.area.width(), widget.area.height()
-
+from tests.editor.views.hands import LEFT, MIDDLE, NONE, RIGHT, drag, move, size_of, wheel
 
 # -- what it shows ----------------------------------------------------------------------------------------------------
 
@@ -260,8 +197,8 @@ def test_fit_shows_the_whole_volume(view, session, until) -> None:
 
 
 def test_a_menu_offers_the_same_as_the_keys(view, session) -> None:
-    view._fill_menu()
-    actions = {action.text().partition("\t")[0]: action for action in view._menu.actions()}
+    view.toolbox.look_menu.aboutToShow.emit()
+    actions = {action.text().partition("\t")[0]: action for action in view.toolbox.look_menu.actions()}
     actions["From the top"].trigger()
     assert session.network.get("camera").basis[2][2] == pytest.approx(-1.0)
     actions["Orthographic"].trigger()
@@ -456,4 +393,4 @@ def test_values_are_real_ones_in_their_unit() -> None:
     volume = Volume(np.arange(8, dtype=np.int16).reshape(2, 2, 2), np.eye(4), (2.0, -1000.0, "HU"))
     assert value_at(volume, np.array([1.4, 0.0, 1.0])) == 5 * 2 - 1000
     assert value_at(volume, np.array([1.6, 0.0, 1.0])) is None
-    assert Pick((1, 2), (0.0, 0.0, 0.0, 1.0), unit="HU").text(-990.0).endswith("value -990 HU")
+    assert Pick((1, 2), (0.0, 0.0, 0.0, 1.0), unit="HU").text(-990.0).startswith("value -990 HU   pixel")
