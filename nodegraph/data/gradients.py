@@ -11,9 +11,9 @@ from nodegraph.data.camera import Camera
 from nodegraph.data.space import affine
 from nodegraph.data.volume import Mapping, Volume
 
-SECONDS_PER_VOXEL = 20e-9
+SECONDS_PER_VOXEL = 12e-9
 """What it takes to make the gradient of a voxel; with the next measured by tests/benchmarks/bench_gradients.py."""
-SECONDS_PER_SAMPLE = {"gl": 60e-9, "cl": 100e-9, "cl64": 100e-9}
+SECONDS_PER_SAMPLE = {"gl": 29e-9, "cl": 38e-9, "cl64": 38e-9}
 """What one read instead of six saves of a sample that is lit."""
 FRAMES = 4
 """How often a volume is expected to be seen before it changes. A frame of interactive quality has fewer samples, and is

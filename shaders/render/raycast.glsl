@@ -150,8 +150,12 @@ struct Sum {
 
 // Lay a segment that comes behind under the sum.
 Sum add(Sum sum, vec3 color, float depth) {
-    float share = (1.0 - sum.hidden) * -expm1(-depth);
-    return Sum(sum.color + share * color, sum.hidden + share);
+    if (depth > 0.0) {
+        float share = (1.0 - sum.hidden) * -expm1(-depth);
+        sum.color += share * color;
+        sum.hidden += share;
+    }
+    return sum;
 }
 
 // Length of the segment that would begin at `start` if nothing cut it. From the whole step, which is exact.

@@ -24,10 +24,15 @@ SIDE = 256
 MB = 1e6
 
 PEAK = """
-import json, resource, sys
+import json, pathlib, re, resource, sys
 from nodegraph.cli import main
 assert main(["run", *sys.argv[1:]]) == 0
-print(json.dumps(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)))
+status = pathlib.Path("/proc/self/status")
+if status.exists():  # on Linux the peak of the process that started this one counts in getrusage
+    peak = 1024 * int(re.search(r"VmHWM:\\s*(\\d+)", status.read_text())[1])
+else:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+print(json.dumps(peak))
 """
 
 
@@ -72,5 +77,7 @@ def _workspace(folder: Path, side: int, dtype: str, suffix: str) -> Path:
 
 
 def _peak(workspace: Path, device: str, folder: Path) -> int:
-    size: int = child(PEAK, str(workspace), "--device", device, "--size", "128x128", "--out", str(folder / "view.png"))
-    return size
+    """Bytes; the less of two runs, because the first may have to compile kernels."""
+    options = ("--device", device, "--size", "128x128", "--out", str(folder / "view.png"))
+    peaks: list[int] = [child(PEAK, str(workspace), *options) for _ in range(2)]
+    return min(peaks)

@@ -26,5 +26,9 @@ def run(command: Sequence[str]) -> None:
 
 
 def environment() -> dict[str, str]:
-    """The environment without what would make two runs differ."""
-    return {name: value for name, value in os.environ.items() if not name.startswith("NODEGRAPH_")}
+    """The environment without what would make two runs differ, or every run compile all modules again."""
+    return {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith("NODEGRAPH_") and name != "PYTHONDONTWRITEBYTECODE"
+    }
