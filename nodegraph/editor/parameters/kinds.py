@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from nodegraph import params
+from nodegraph.editor.parameters.camera import CameraField
 from nodegraph.editor.parameters.color import ColorField
 from nodegraph.editor.parameters.field import Field
 from nodegraph.editor.parameters.look import GAP, LABEL_WIDTH
@@ -14,7 +15,7 @@ from nodegraph.editor.parameters.numbers import NumberField, SeedField
 from nodegraph.editor.parameters.several import BoxField, IntervalField, MatrixField, VectorField
 from nodegraph.editor.parameters.simple import BoolField, ChoiceField, JsonField, PathField, Switch, TextField
 from nodegraph.editor.parameters.transfer_function.field import TransferFunctionField
-from nodegraph.editor.parameters.values import CameraField, LightField, PlaneField
+from nodegraph.editor.parameters.values import LightField, PlaneField
 
 if TYPE_CHECKING:
     from nodegraph.editor.parameters.place import Place

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QGuiApplication
-from PySide6.QtWidgets import QInputDialog, QMenu
+from PySide6.QtWidgets import QMenu
 
-from nodegraph.editor.parameters import presets
-from nodegraph.editor.parameters.place import DERIVABLE, Place, Tie
-from nodegraph.editor.parameters.presets import Preset
+from nodegraph.editor.parameters.place import DERIVABLE, Tie
+from nodegraph.editor.parameters.preset_menu import PresetMenu
+from nodegraph.editor.parameters.presets import ELSEWHERE
 from nodegraph.errors import GraphError
 
 if TYPE_CHECKING:
@@ -34,8 +34,8 @@ class ParameterMenu(QMenu):
         self.addAction("Copy as Python", partial(self._copy, place.as_python))
         clipboard = QGuiApplication.clipboard().text()
         self._offer("Paste value", partial(place.paste, clipboard), not tie.locked and bool(clipboard))
-        if place.declared.kind not in presets.ELSEWHERE and not tie.locked:
-            self._add_presets()
+        if place.declared.kind not in ELSEWHERE and not tie.locked:
+            self.addMenu(PresetMenu(place, row.finish, self))
         self.addSeparator()
         if tie.kind != "wire":
             self._add_links(tie)
@@ -91,47 +91,3 @@ class ParameterMenu(QMenu):
         self._offer(f"{'Replace the' if frame in keys else 'Add a'} key at frame {frame}", self.place.add_key)
         if frame in keys:
             self._offer(f"Remove the key at frame {frame}", self.place.remove_key)
-
-    # -- presets --------------------------------------------------------------------------------------------------
-
-    def _add_presets(self) -> None:
-        menu = self.addMenu("Presets")
-        found = presets.presets_for(self.place)
-        for preset in found:
-            self._offer(preset.name, partial(self.place.set, preset.value), menu=menu)
-        if found:
-            menu.addSeparator()
-        menu.addAction("Save as a preset …", self._ask_name)
-        own = [preset for preset in found if preset.file is not None]
-        if own:
-            delete = menu.addMenu("Delete")
-            for preset in own:
-                delete.addAction(preset.name, partial(self._drop, preset))
-
-    def _ask_name(self) -> QInputDialog:
-        """Ask for a name beside the window; the menu is gone when it is answered."""
-        dialog = QInputDialog(self.row.window())
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.setWindowTitle("Save as a preset")
-        dialog.setLabelText("Name")
-        dialog.textValueSelected.connect(partial(_save, self.place))
-        dialog.open()
-        return dialog
-
-    def _drop(self, preset: Preset) -> None:
-        try:
-            presets.drop(preset)
-        except OSError as error:
-            self.row.finish(f"{preset.name}: {error.strerror or error}")
-
-
-def _save(place: Place, name: str) -> None:
-    """Save the value of a parameter as a preset; without a name nothing is saved."""
-    if not name.strip():
-        return
-    try:
-        presets.keep(place, name.strip())
-    except OSError as error:
-        place.session.tell("error", f"the preset was not saved: {error.strerror or error}", place.path)
-    except GraphError as error:
-        place.session.tell("error", f"the preset was not saved: {error}", place.path)

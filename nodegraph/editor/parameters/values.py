@@ -1,11 +1,10 @@
-"""Camera, Light, Plane: values that are made of several parts, each with an entry of its own."""
+"""Light, Plane, and what Camera shares with them: values made of several parts, each with an entry of its own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
@@ -17,16 +16,6 @@ from nodegraph.editor.parameters.numbers import NumberEntry, NumberField, steppe
 from nodegraph.editor.parameters.simple import ChoiceField
 from nodegraph.errors import GraphError
 from nodegraph.params import Choice, Color, Float, Parameter
-
-VIEWS = (
-    # name, where the eye is seen from the target, up: LPS, as a radiologist sees a patient
-    ("Front", (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
-    ("Back", (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-    ("Left", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-    ("Right", (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-    ("Head", (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)),
-    ("Feet", (0.0, 0.0, -1.0), (0.0, -1.0, 0.0)),
-)
 
 
 class Parts(Field):
@@ -131,46 +120,6 @@ class Parts(Field):
 
 
 _FREE = Float(0.0, doc="A number without limits.")
-
-
-class CameraField(Parts):
-    """Eye, target, up and lens; and the six views along the axes of the patient."""
-
-    def __init__(self, declaration: Parameter, place: Any = None, parent: QWidget | None = None) -> None:
-        super().__init__(declaration, place, parent)
-        self.buttons: dict[str, QPushButton] = {}
-        line = QHBoxLayout()
-        line.setSpacing(3)
-        for name, direction, up in VIEWS:
-            button = QPushButton(name)
-            button.setFixedHeight(ROW_HEIGHT)
-            button.setMinimumWidth(24)
-            button.setToolTip(f"Look from the {name.lower()}, at the same distance")
-            button.setStyleSheet("padding: 0 2px")
-            button.clicked.connect(lambda _=False, d=direction, u=up: self.offer(lambda: self._from(d, u)))
-            self.buttons[name] = button
-            line.addWidget(button)
-        self.rows.addLayout(line, self.rows.rowCount(), 0, 1, 2)
-        projection = Choice(*data.camera.PROJECTIONS, doc="Projection.")
-        self.add_field("projection", "Projection", ChoiceField(projection))
-        angle = Float(30.0, min=1e-3, max=179.0, soft_min=5.0, soft_max=120.0, unit="deg", doc="Field of view.")
-        self.add_field("field_of_view", "Field of view", NumberField(angle))
-        height = Float(300.0, min=1e-9, unit="mm", doc="Height of an orthographic picture.")
-        self.add_field("height", "Height", NumberField(height))
-        self.add_vector("eye", "Eye", "mm")
-        self.add_vector("target", "Target", "mm")
-        self.add_vector("up", "Up")
-
-    def show_value(self, value: Any) -> None:
-        super().show_value(value)
-        if value is not None:
-            self.show_row("field_of_view", not value.orthographic)
-            self.show_row("height", value.orthographic)
-
-    def _from(self, direction: tuple[float, float, float], up: tuple[float, float, float]) -> Any:
-        distance = float(np.linalg.norm(np.subtract(self.value.eye, self.value.target)))
-        eye = np.asarray(self.value.target) + distance * np.asarray(direction)
-        return self.changed(eye=[float(f"{part:.9g}") for part in eye], up=list(up))
 
 
 class LightField(Parts):

@@ -142,8 +142,7 @@ def test_a_preset_is_saved_chosen_and_deleted(row: Any, session: Any) -> None:
     camera = data.Camera((1, 2, 3))
     shown = row("camera")
     shown.place.set(camera)
-    menu = shown.menu()
-    dialog = menu._ask_name()
+    dialog = _submenu(shown.menu(), "Presets").ask_name()
     dialog.setTextValue("Over there")
     dialog.accept()
     (file,) = presets.folder().glob("*.json")
@@ -177,14 +176,14 @@ def test_presets_that_cannot_be_used_are_left_out(row: Any) -> None:
 
 
 def test_a_preset_that_cannot_be_written_is_said(row: Any, session: Any) -> None:
-    from nodegraph.editor.parameters.menu import _save
+    from nodegraph.editor.parameters.preset_menu import save
 
     told = []
     session.message.connect(told.append)
     presets.folder().parent.mkdir(parents=True, exist_ok=True)
     presets.folder().write_text("in the way")
-    _save(row("amount").place, "fine")
-    _save(row("amount").place, "  ")
+    save(row("amount").place, "fine")
+    save(row("amount").place, "  ")
     assert [message.text[:28] for message in told] == ["the preset was not saved: Fi"]
 
 
