@@ -84,6 +84,7 @@ MENUS: dict[str, tuple[Told | None, ...]] = {
     "&View": (
         _on_canvas("fit", "fit"),
         _on_canvas("toggle_minimap"),
+        _on_canvas("toggle_arcs"),
         None,
         Told("quad_view", "Quad view", "quad", "Ctrl+Alt+Q"),
         Told("panels", "Panels"),

@@ -26,6 +26,7 @@ from PySide6.QtWidgets import (
 from nodegraph.editor import actions, theme
 from nodegraph.editor.animation.timeline import Timeline
 from nodegraph.editor.canvas import CanvasView
+from nodegraph.editor.canvas.link_table import LinkTable
 from nodegraph.editor.command_palette import CommandPalette
 from nodegraph.editor.console import Console
 from nodegraph.editor.docks import Titles
@@ -50,7 +51,7 @@ from nodegraph.errors import GraphError
 LAYOUT = "window"
 """Key of the document's ``ui`` that holds where the panels are."""
 FILES = "Workspaces and pictures that carry one (*.json *.png *.exr)"
-BELOW = ("messages", "profile", "images", "compare", "measures", "timeline", "console")
+BELOW = ("messages", "profile", "links", "images", "compare", "measures", "timeline", "console")
 LEFT, RIGHT, BOTTOM = (
     Qt.DockWidgetArea.LeftDockWidgetArea,
     Qt.DockWidgetArea.RightDockWidgetArea,
@@ -100,6 +101,8 @@ class Window(QMainWindow):
         self.messages = Messages(self.session)
         self.profile = Profile(self.session)
         self.console = Console(self.session)
+        self.links = LinkTable(self.session)
+        self.links.marked.connect(self.canvas.scene.arcs.mark)
         self.images = ImageBrowser(self.session)
         self.compare = CompareView(self.session)
         self.timeline = Timeline(self.session)
@@ -108,6 +111,7 @@ class Window(QMainWindow):
         self._add_dock("help", "Help", self.help)
         self._add_dock("messages", "Messages", self.messages)
         self._add_dock("profile", "Profile", self.profile)
+        self._add_dock("links", "Links", self.links)
         self._add_dock("images", "Images", self.images)
         self._add_dock("compare", "Compare", self.compare)
         self._add_dock("measures", "Measures", MeasureList(self.session))

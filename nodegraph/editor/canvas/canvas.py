@@ -185,6 +185,10 @@ class CanvasView(QWidget):
         self.minimap.wanted = not self.minimap.wanted
         self.minimap.refresh()
 
+    def toggle_arcs(self) -> None:
+        """Draw arcs between the nodes that share a variable, or no longer."""
+        self.scene.arcs.show_all(not self.scene.arcs.wanted)
+
     def rename_selection(self) -> None:
         """Open the field that renames the selected node, frame or note."""
         items: list[NodeItem | BoxItem] = [self.scene.nodes[id] for id in self.scene.chosen()]

@@ -92,7 +92,7 @@ class MoveDrag(Drag):
         for item, (places, moving) in self.bends.items():
             shifted = [_snapped(place + away) if snap else place + away for place in places]
             item.show_bends([shifted[i] if i in moving else place for i, place in enumerate(places)])
-        self.scene.wiring.lead(*self.nodes)
+        self.scene.follow(*self.nodes)
         self._mark()
 
     def _mark(self) -> None:

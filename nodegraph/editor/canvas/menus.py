@@ -43,6 +43,7 @@ ACTIONS: dict[str, tuple[str, str]] = {
     "find": ("Find a node", "Ctrl+F"),
     "select_all": ("Select everything", "Ctrl+A"),
     "toggle_minimap": ("Minimap", "Ctrl+M"),
+    "toggle_arcs": ("Arcs between nodes that share", "K"),
 }
 KEYS: dict[str, str] = {QKeySequence(key).toString(): name for name, (_, key) in ACTIONS.items()}
 """Method of `CanvasView` by key, as Qt writes it."""
@@ -81,7 +82,7 @@ def menu_for(canvas: CanvasView, item: object) -> QMenu:
         menu.addSeparator()
         if canvas.session.level:
             _add(canvas, menu, "leave_group")
-        _add(canvas, menu, "layout_all", "fit", "find", "toggle_minimap")
+        _add(canvas, menu, "layout_all", "fit", "find", "toggle_minimap", "toggle_arcs")
     return menu
 
 

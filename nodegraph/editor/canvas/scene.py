@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QGraphicsScene
 
 from nodegraph.bends import BENDS
 from nodegraph.commands import SetUI
+from nodegraph.editor.canvas.arcs import Arcs
 from nodegraph.editor.canvas.faces import Wire, as_position, face_of, wires_of
 from nodegraph.editor.canvas.items import BoxItem
 from nodegraph.editor.canvas.layout import layered
@@ -52,6 +53,7 @@ class CanvasScene(QGraphicsScene):
         # Where the layout put nodes that the document has no position for; kept for when an undo takes theirs.
         self._provisional: dict[str, tuple[float, float]] = {}
         self._selecting = False
+        self.arcs = Arcs(self)
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self.sync)
         session.changed.connect(self._on_change)
@@ -130,7 +132,7 @@ class CanvasScene(QGraphicsScene):
                     self.wiring.bend(id)
                     return
                 self._place(self.level.nodes[id], item)
-                self.wiring.lead(id)
+                self.follow(id)
 
     def flush(self) -> None:
         """Bring what waits to be shown up to date now."""
@@ -234,13 +236,18 @@ class CanvasScene(QGraphicsScene):
         if item.pos() != QPointF(x, y):
             item.setPos(x, y)
 
+    def follow(self, *ids: str) -> None:
+        """Lead what hangs on nodes to where these are now."""
+        self.wiring.lead(*ids)
+        self.arcs.lead()
+
     def place_again(self) -> None:
         """Put everything back to where the document has it, after a drag that came to nothing."""
         for id, node in self.level.nodes.items():
             if id in self.nodes:
                 self._place(node, self.nodes[id])
         self.wiring.bend(*self.nodes)
-        self.wiring.lead(*self.nodes)
+        self.follow(*self.nodes)
         self._sync_boxes()
 
     def content(self) -> QRectF:
@@ -314,6 +321,7 @@ class CanvasScene(QGraphicsScene):
             item.update()
         for wire in self.wires.values():
             wire.dress()
+        self.arcs.dress()
 
     def light(self, legal: set[tuple[str, str]] | None, output: bool = False) -> None:
         """Light the ports that a wire may be led to, (id, port), and fade the rest; None ends it."""
