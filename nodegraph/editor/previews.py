@@ -94,6 +94,19 @@ def _slices(volume: Volume, size: tuple[int, int]) -> QImage:
     return to_qimage(canvas)
 
 
+def middle_slice(volume: Volume, size: tuple[int, int]) -> QImage:
+    """The axial slice in the middle in its true proportions, as large as fits. Reads that slice alone."""
+    depth = volume.dims[2]
+    cut = np.asarray(volume.buffer.part((depth // 2,), (depth // 2 + 1,)))[0]
+    tall, wide = (side * float(step) for side, step in zip(cut.shape[:2], volume.spacing[1::-1], strict=True))
+    fit = min(size[0] / wide, size[1] / tall)
+    at = np.ix_(*(_steps(max(1, round(side * fit)), n) for side, n in zip((tall, wide), cut.shape, strict=False)))
+    cut = np.asarray(cut[at] if cut.ndim == 2 else cut[..., 0][at], np.float32)
+    finite = cut[np.isfinite(cut)]
+    low, high = np.percentile(finite, (1.0, 99.5)) if finite.size else (0.0, 1.0)
+    return to_qimage(_grey(np.clip(cut, low, high)))
+
+
 def _steps(pixels: int, samples: int) -> Array:
     steps: Array = np.minimum(((np.arange(pixels) + 0.5) * samples / pixels).astype(int), samples - 1)
     return steps

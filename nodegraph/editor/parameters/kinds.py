@@ -12,8 +12,9 @@ from nodegraph.editor.parameters.color import ColorField
 from nodegraph.editor.parameters.field import Field
 from nodegraph.editor.parameters.look import GAP, LABEL_WIDTH
 from nodegraph.editor.parameters.numbers import NumberField, SeedField
+from nodegraph.editor.parameters.paths import PathField
 from nodegraph.editor.parameters.several import BoxField, IntervalField, MatrixField, VectorField
-from nodegraph.editor.parameters.simple import BoolField, ChoiceField, JsonField, PathField, Switch, TextField
+from nodegraph.editor.parameters.simple import BoolField, ChoiceField, JsonField, Switch, TextField
 from nodegraph.editor.parameters.transfer_function.field import TransferFunctionField
 from nodegraph.editor.parameters.values import LightField, PlaneField
 

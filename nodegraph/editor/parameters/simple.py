@@ -1,30 +1,25 @@
-"""Bool, Choice, Text, File, Folder; and the JSON form for kinds that plug-ins bring without a widget."""
+"""Bool, Choice, Text; and the JSON form for kinds that plug-ins bring without a widget."""
 
 from __future__ import annotations
 
 import json
-import os
-from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QComboBox,
-    QFileDialog,
     QHBoxLayout,
     QLineEdit,
     QPlainTextEdit,
-    QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from nodegraph.editor.parameters.field import Field
-from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, accent, blend, complaint, icon, ink
+from nodegraph.editor.parameters.look import ROW_HEIGHT, accent, blend, ink
 from nodegraph.errors import ParameterError
-from nodegraph.params import Choice, File, Parameter, Text
+from nodegraph.params import Choice, Parameter, Text
 
 
 class Switch(QAbstractButton):
@@ -182,108 +177,6 @@ class TextField(Field):
 
     def show_value(self, value: Any) -> None:
         self.entry.show_text(value)
-
-
-class PathField(Field):
-    """A File or Folder: the path as it is stored, a button that looks for one, and a word on what is there.
-
-    A file below the folder of the workspace is stored relative to it, so that both can move together.
-    """
-
-    def __init__(self, declaration: Any, place: Any = None, parent: QWidget | None = None) -> None:
-        super().__init__(declaration, place, parent)
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.setSpacing(2)
-        line = QHBoxLayout()
-        line.setSpacing(GAP)
-        self.entry = LineEntry()
-        self.entry.setPlaceholderText("no file" if isinstance(declaration, File) else "no folder")
-        self.entry.entered.connect(self.edited.emit)
-        self.entry.installEventFilter(self)
-        self.button = QToolButton()
-        self.button.setIcon(icon("folder", ink(self.palette(), 0.8)))
-        self.button.setFixedSize(ROW_HEIGHT, ROW_HEIGHT)
-        self.button.setAutoRaise(True)
-        self.button.setToolTip("Choose …")
-        self.button.setAccessibleName("Choose a file" if isinstance(declaration, File) else "Choose a folder")
-        self.button.clicked.connect(self.browse)
-        self.state = complaint()
-        line.addWidget(self.entry, 1)
-        line.addWidget(self.button)
-        outer.addLayout(line)
-        outer.addWidget(self.state)
-        self.setFocusProxy(self.entry)
-        self.setAcceptDrops(True)
-
-    @property
-    def folder(self) -> Path:
-        """What a relative path is relative to: the folder of the workspace, or where the program was started."""
-        file = self.place.session.path if self.place is not None else None
-        return Path(file).parent if file else Path.cwd()
-
-    def show_value(self, value: Any) -> None:
-        self.entry.show_text(value)
-        self.entry.setToolTip(str(self.folder / value) if value else "")
-        self.state.setText(self._state(value))
-        self.state.setVisible(bool(self.state.text()))
-
-    def _state(self, value: str) -> str:
-        if not value or getattr(self.declaration, "write", False):
-            return ""
-        if "://" in value or any(sign in value for sign in "*?["):
-            return ""  # not one file of this machine; the node that reads it knows better
-        full = self.folder / value
-        if not full.exists():
-            return f"not found: {full.name}"
-        return ""
-
-    def browse(self) -> QFileDialog:
-        """Open the dialog and return at once; what is chosen arrives as an edit."""
-        dialog = QFileDialog(self)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.setWindowTitle(self.declaration.name.replace("_", " ") or "Choose")
-        write = getattr(self.declaration, "write", False)
-        if isinstance(self.declaration, File):
-            dialog.setFileMode(QFileDialog.FileMode.AnyFile if write else QFileDialog.FileMode.ExistingFile)
-            if write:
-                dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-            if self.declaration.suffixes:
-                patterns = " ".join(f"*{suffix}" for suffix in self.declaration.suffixes)
-                dialog.setNameFilters([f"Supported files ({patterns})", "All files (*)"])
-        else:
-            dialog.setFileMode(QFileDialog.FileMode.Directory)
-        present = self.folder / (self.entry.text() or "")
-        dialog.setDirectory(str(present if present.is_dir() else present.parent))
-        dialog.fileSelected.connect(self._chosen)
-        dialog.open()
-        return dialog
-
-    def _chosen(self, path: str) -> None:
-        self.edited.emit(self.stored(path))
-
-    def stored(self, path: str) -> str:
-        """How a path is written down: relative to the workspace where it lies below it."""
-        file = self.place.session.path if self.place is not None else None
-        if file:
-            try:
-                return Path(path).relative_to(Path(file).parent).as_posix()
-            except ValueError:
-                pass
-        return os.fspath(path)
-
-    def eventFilter(self, watched: Any, event: QEvent) -> bool:
-        # A line of text would take the address of a dropped file for text.
-        if event.type() == QEvent.Type.DragEnter and event.mimeData().hasUrls():  # type: ignore[attr-defined]
-            event.accept()
-            return True
-        if event.type() == QEvent.Type.Drop and event.mimeData().hasUrls():  # type: ignore[attr-defined]
-            local = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]  # type: ignore[attr-defined]
-            if local:
-                self._chosen(local[0])
-            event.accept()
-            return True
-        return super().eventFilter(watched, event)
 
 
 class JsonField(Field):
