@@ -107,7 +107,7 @@ def _picture(path: Path, told: dict[str, Any]) -> QImage | None:
 def _unpacked(told: dict[str, Any]) -> int:
     """Bytes of the data in memory, as far as the header says; 0 for a format that does not."""
     try:
-        item = np.dtype(told["type"]).itemsize
-        return math.prod(map(int, told["size"])) * item * int(told.get("components", 1)) * int(told.get("times", 1))
+        counts = [*told["size"], told.get("components", 1), told.get("times", 1), np.dtype(told["type"]).itemsize]
+        return math.prod(int(count) for count in counts)
     except (KeyError, TypeError):
         return 0

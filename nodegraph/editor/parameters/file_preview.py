@@ -35,7 +35,7 @@ class FilePreview(QWidget):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
-        self.find = find
+        self.finder = find
         self.session = session
         self.found = Look()
         self._path: Path | None = None
@@ -104,7 +104,7 @@ class FilePreview(QWidget):
 
     def _made(self, number: int, path: Path) -> Look | None:
         """Off the window's thread: look, unless another path is asked for already."""
-        return self.find(path) if number == self._newest else None
+        return self.finder(path) if number == self._newest else None
 
     def _take(self, number: int, look: Look | None) -> None:
         if isValid(self) and number == self._newest and look is not None:
