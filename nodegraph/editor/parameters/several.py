@@ -6,10 +6,10 @@ import math
 from typing import Any
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from nodegraph.editor.parameters.field import Field, is_shortcut, pace
+from nodegraph.editor.parameters.field import Field, is_shortcut, pace, wheel_steps
 from nodegraph.editor.parameters.look import GAP, ROW_HEIGHT, accent, caption, ink
 from nodegraph.editor.parameters.numbers import NumberEntry, Scale, stepped
 from nodegraph.editor.parameters.simple import Switch
@@ -165,6 +165,14 @@ class Range(QWidget):
         if self._held is not None and event.button() is Qt.MouseButton.LeftButton:
             self._held = None
             self.released.emit()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        # As on a slider: who scrolls the panel must not change what was passed on the way.
+        if self.hasFocus() and self._held is None:
+            self.stepped.emit(self.chosen, wheel_steps(event) * pace(event.modifiers()))
+            event.accept()
+        else:
+            event.ignore()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         key = event.key()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from nodegraph.editor.parameters.field import Field
+from nodegraph.editor.parameters.field import Field, is_shortcut, wheel_steps
 from nodegraph.editor.parameters.look import ROW_HEIGHT, accent, blend, ink
 from nodegraph.errors import ParameterError
 from nodegraph.params import Choice, Parameter, Text
@@ -67,7 +67,9 @@ class BoolField(Field):
 
 
 class Options(QComboBox):
-    """A drop-down list that the wheel turns only while it has the focus."""
+    """A drop-down list that the wheel turns only while it has the focus. Arrow keys step as well."""
+
+    stepped = Signal(int)  # entries down the list
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -78,9 +80,17 @@ class Options(QComboBox):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if self.hasFocus():
-            super().wheelEvent(event)
+            self.stepped.emit(-round(wheel_steps(event)) or (-1 if wheel_steps(event) > 0 else 1))
+            event.accept()
         else:
             event.ignore()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        plain = not event.modifiers() & Qt.KeyboardModifier.AltModifier  # with Alt the list opens
+        if plain and event.key() in (Qt.Key.Key_Up, Qt.Key.Key_Down):
+            self.stepped.emit(1 if event.key() == Qt.Key.Key_Down else -1)
+        else:
+            super().keyPressEvent(event)
 
 
 class ChoiceField(Field):
@@ -94,11 +104,23 @@ class ChoiceField(Field):
         for word in declaration.choices:
             self.options.addItem(word.replace("_", " "), word)
         self.options.activated.connect(lambda index: self.edited.emit(self.options.itemData(index)))
+        self.options.stepped.connect(self._step)
+        self.options.installEventFilter(self)
         layout.addWidget(self.options)
         self.setFocusProxy(self.options)
 
     def show_value(self, value: Any) -> None:
         self.options.setCurrentIndex(self.options.findData(value))
+
+    def _step(self, entries: int) -> None:
+        place = min(max(self.options.currentIndex() + entries, 0), self.options.count() - 1)
+        if place != self.options.currentIndex():
+            self.step_to(self.options.itemData(place))
+
+    def eventFilter(self, watched: Any, event: QEvent) -> bool:
+        if is_shortcut(event) or event.type() == QEvent.Type.FocusOut:
+            self.settle()
+        return super().eventFilter(watched, event)
 
 
 class LineEntry(QLineEdit):

@@ -10,11 +10,13 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
 from nodegraph import Input, Output, Processor, params
 from nodegraph import data as d
 from nodegraph.editor.parameters import ParameterPanel
+from nodegraph.editor.parameters.place import Place
 from nodegraph.editor.parameters.row import ParameterRow
 from nodegraph.editor.session import Session
 from nodegraph.engine import Engine
@@ -137,5 +139,27 @@ def row(panel: ParameterPanel) -> Any:
         QApplication.processEvents()
         panel.ensureWidgetVisible(found)
         return found
+
+    return get
+
+
+@pytest.fixture
+def alone(session: Session, qtbot: Any) -> Any:
+    """A function that gives the row of a parameter without a panel around it, which takes a while to make."""
+
+    made: dict[str, ParameterRow] = {}
+
+    def get(name: str) -> ParameterRow:
+        if name not in made:
+            row = made[name] = ParameterRow(Place(session, "all", name))
+            qtbot.addWidget(row)
+            session.changed.connect(row.refresh)
+            row.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+            row.resize(360, row.sizeHint().height())
+            row.show()
+            row.setFocus()
+        made[name].activateWindow()
+        QApplication.processEvents()
+        return made[name]
 
     return get

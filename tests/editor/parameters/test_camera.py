@@ -22,8 +22,8 @@ THERE = data.Camera((100, -200, 300), (10, 20, 30), field_of_view=45.0)
 
 
 @pytest.fixture
-def field(row: Any) -> CameraField:
-    found = row("camera").field
+def field(alone: Any) -> CameraField:
+    found = alone("camera").field
     assert isinstance(found, CameraField)
     return found
 
@@ -54,24 +54,24 @@ def test_from_a_view_that_looks_through_another_camera(field: CameraField, sessi
     assert [action.isEnabled() for action in field.views.actions()] == [False], "it looks through this one"
 
 
-def test_copy_and_paste_as_json(field: CameraField, session: Any, row: Any) -> None:
+def test_copy_and_paste_as_json(field: CameraField, session: Any, alone: Any) -> None:
     session.do(Set("all.camera", THERE))
     field.copy.click()
     assert json.loads(QGuiApplication.clipboard().text()) == THERE.to_json()
-    row("camera").place.reset()
+    alone("camera").place.reset()
     field.paste.click()
     assert session.network.get("all.camera") == THERE
     for text, says in (("no", "holds no camera"), ('{"eye": [0, 0]}', "clipboard.eye"), ("[1]", "clipboard")):
         QGuiApplication.clipboard().setText(text)
         field.paste.click()
-        assert says in row("camera").error.text()
+        assert says in alone("camera").error.text()
         assert session.network.get("all.camera") == THERE
 
 
-def test_the_button_opens_the_same_presets(field: CameraField, session: Any, row: Any) -> None:
+def test_the_button_opens_the_same_presets(field: CameraField, session: Any, alone: Any) -> None:
     session.do(Set("all.camera", THERE))
-    presets.keep(row("camera").place, "There")
-    row("camera").place.reset()
+    presets.keep(alone("camera").place, "There")
+    alone("camera").place.reset()
     menu = field.presets.menu()
     menu.aboutToShow.emit()
     menu.actions()[0].trigger()

@@ -37,28 +37,28 @@ def titles(menu: QMenu) -> list[str]:
     return [one.text() for one in menu.actions() if one.text()]
 
 
-def test_all_that_it_offers(row: Any, session: Any) -> None:
+def test_all_that_it_offers(alone: Any, session: Any) -> None:
     QGuiApplication.clipboard().setText("2")
-    assert titles(row("amount").menu()) == [
+    assert titles(alone("amount").menu()) == [
         "Reset to default", "Copy value", "Copy as Python", "Paste value", "Presets", "Link to", "Expression …",
         "Add a key at frame 0",
     ]  # fmt: skip
-    assert titles(row("title").menu()) == [
+    assert titles(alone("title").menu()) == [
         "Reset to default", "Copy value", "Copy as Python", "Paste value", "Presets", "Link to", "Add a key at frame 0",
     ]  # fmt: skip
-    assert "Presets" not in titles(row("table").menu()), "its editor has its own"
+    assert "Presets" not in titles(alone("table").menu()), "its editor has its own"
     session.network.connect("number.number", "all.free")
-    assert titles(row("free").menu()) == ["Reset to default", "Copy value", "Copy as Python", "Paste value"]
-    assert not action(row("free").menu(), "Paste").isEnabled()
+    assert titles(alone("free").menu()) == ["Reset to default", "Copy value", "Copy as Python", "Paste value"]
+    assert not action(alone("free").menu(), "Paste").isEnabled()
 
 
 @pytest.mark.parametrize(
     "name", ["amount", "on", "mode", "title", "color", "vector", "matrix", "box", "camera", "table"]
 )
-def test_python_says_the_same(name: str, row: Any, session: Any) -> None:
+def test_python_says_the_same(name: str, alone: Any, session: Any) -> None:
     from nodegraph.testing.samples import another
 
-    shown = row(name)
+    shown = alone(name)
     shown.place.set(another(shown.declared))
     action(shown.menu(), "Copy as Python").trigger()
     text = QGuiApplication.clipboard().text()
@@ -78,19 +78,19 @@ def test_python_says_numbers_that_no_literal_can_say() -> None:
     assert _literal(declared, 0.5) == "0.5"
 
 
-def test_python_says_who_decides(row: Any, session: Any) -> None:
+def test_python_says_who_decides(alone: Any, session: Any) -> None:
     net = session.network
     net.set("all.amount", 4.0)
     net.link("all.amount", "coarse")
-    row("free").place.express("coarse / 8")
-    assert row("amount").place.as_python() == "net.link('all.amount', 'coarse')\nnet.set('coarse', 4.0)"
-    derived = row("free").place.as_python()
+    alone("free").place.express("coarse / 8")
+    assert alone("amount").place.as_python() == "net.link('all.amount', 'coarse')\nnet.set('coarse', 4.0)"
+    derived = alone("free").place.as_python()
     net.connect("number.number", "all.tiny", replace=True)
-    wired = row("tiny").place.as_python()
+    wired = alone("tiny").place.as_python()
     again = Network(find)
     again.add("everything", "all")
     again.add("number", "number")
-    for text in (row("amount").place.as_python(), derived, wired):
+    for text in (alone("amount").place.as_python(), derived, wired):
         exec(text, {"net": again})
     assert (again.get("all.amount"), again.get("all.free")) == (4.0, 0.5)
     assert again.node("all").inputs["tiny"] == ("number.number",)
@@ -118,8 +118,8 @@ def test_on_the_face_of_a_group_and_off_it(panel: Any, session: Any) -> None:
     assert net.node("finish").expose.params["amount_2"] == ("other.amount",)
 
 
-def test_keys_at_the_frame_that_is_shown(row: Any, session: Any) -> None:
-    shown = row("amount")
+def test_keys_at_the_frame_that_is_shown(alone: Any, session: Any) -> None:
+    shown = alone("amount")
     session.frame = 12
     action(shown.menu(), "Add a key at frame 12").trigger()
     session.frame = 20
@@ -138,9 +138,9 @@ def test_keys_at_the_frame_that_is_shown(row: Any, session: Any) -> None:
     assert shown.place.keys() == [12, 20]
 
 
-def test_a_preset_is_saved_chosen_and_deleted(row: Any, session: Any) -> None:
+def test_a_preset_is_saved_chosen_and_deleted(alone: Any, session: Any) -> None:
     camera = data.Camera((1, 2, 3))
-    shown = row("camera")
+    shown = alone("camera")
     shown.place.set(camera)
     dialog = _submenu(shown.menu(), "Presets").ask_name()
     dialog.setTextValue("Over there")
@@ -162,33 +162,33 @@ def _submenu(menu: QMenu, title: str) -> Any:
     return next(one.menu() for one in menu.actions() if one.text() == title)
 
 
-def test_a_number_is_a_preset_of_its_own_parameter_alone(row: Any, session: Any) -> None:
-    presets.keep(row("amount").place, "fine")
+def test_a_number_is_a_preset_of_its_own_parameter_alone(alone: Any, session: Any) -> None:
+    presets.keep(alone("amount").place, "fine")
     assert [one.name for one in presets.presets_for(Place(session, "other", "amount"))] == ["fine"]
-    assert presets.presets_for(row("free").place) == []
+    assert presets.presets_for(alone("free").place) == []
 
 
-def test_presets_that_cannot_be_used_are_left_out(row: Any) -> None:
+def test_presets_that_cannot_be_used_are_left_out(alone: Any) -> None:
     presets.folder().mkdir(parents=True)
     for number, text in enumerate(('{"name": "a", "kind": "Camera"}', "[", "[1]", '{"kind": "Camera", "value": 3}')):
         (presets.folder() / f"{number}.json").write_text(text)
-    assert presets.presets_for(row("camera").place) == []
+    assert presets.presets_for(alone("camera").place) == []
 
 
-def test_a_preset_that_cannot_be_written_is_said(row: Any, session: Any) -> None:
+def test_a_preset_that_cannot_be_written_is_said(alone: Any, session: Any) -> None:
     from nodegraph.editor.parameters.preset_menu import save
 
     told = []
     session.message.connect(told.append)
     presets.folder().parent.mkdir(parents=True, exist_ok=True)
     presets.folder().write_text("in the way")
-    save(row("amount").place, "fine")
-    save(row("amount").place, "  ")
+    save(alone("amount").place, "fine")
+    save(alone("amount").place, "  ")
     assert [message.text[:28] for message in told] == ["the preset was not saved: Fi"]
 
 
-def test_the_right_button_over_a_number_opens_it_too(row: Any) -> None:
-    entry = row("amount").field.entry
+def test_the_right_button_over_a_number_opens_it_too(alone: Any) -> None:
+    entry = alone("amount").field.entry
     event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, QPoint(5, 5), entry.mapToGlobal(QPoint(5, 5)))
     QApplication.sendEvent(entry, event)
     menu = QApplication.activePopupWidget()

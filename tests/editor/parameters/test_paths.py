@@ -91,9 +91,9 @@ def test_bytes_as_a_person_says_them() -> None:
     assert [in_bytes(n) for n in (12, 2_400, 3_000_000, 1_234_000_000)] == ["12 bytes", "2.4 kB", "3 MB", "1.23 GB"]
 
 
-def test_the_field_shows_it_and_follows_the_value(row: Any, session: Any, tmp_path: Path, qtbot: Any) -> None:
+def test_the_field_shows_it_and_follows_the_value(alone: Any, session: Any, tmp_path: Path, qtbot: Any) -> None:
     formats.write(VOLUME, tmp_path / "a.nii.gz")
-    shown = row("path")
+    shown = alone("path")
     preview = shown.field.preview
     assert preview.isHidden()
     shown.place.set(str(tmp_path / "a.nii.gz"))
@@ -123,9 +123,9 @@ def test_only_the_last_of_many_is_looked_at(session: Any, tmp_path: Path, qtbot:
     assert preview.isVisible(), "it keeps its room beside the list"
 
 
-def test_the_dialog_shows_the_file_that_is_marked(row: Any, session: Any, tmp_path: Path, qtbot: Any) -> None:
+def test_the_dialog_shows_the_file_that_is_marked(alone: Any, session: Any, tmp_path: Path, qtbot: Any) -> None:
     formats.write(VOLUME, tmp_path / "a.nii")
-    shown = row("path")
+    shown = alone("path")
     dialog = shown.field.browse()
     (preview,) = dialog.findChildren(FilePreview)
     dialog.currentChanged.emit(str(tmp_path / "a.nii"))
@@ -133,7 +133,7 @@ def test_the_dialog_shows_the_file_that_is_marked(row: Any, session: Any, tmp_pa
     dialog.fileSelected.emit(str(tmp_path / "a.nii"))
     assert session.network.get("all.path") == str(tmp_path / "a.nii")
     dialog.close()
-    folder = row("folder").field.browse()
+    folder = alone("folder").field.browse()
     assert isinstance(folder, QFileDialog)
     assert not folder.findChildren(FilePreview)
     folder.close()
