@@ -16,6 +16,7 @@ from nodegraph.editor.parameters.paths import PathField
 from nodegraph.editor.parameters.several import BoxField, IntervalField, MatrixField, VectorField
 from nodegraph.editor.parameters.simple import BoolField, ChoiceField, JsonField, Switch, TextField
 from nodegraph.editor.parameters.transfer_function.field import TransferFunctionField
+from nodegraph.editor.parameters.transfer_function_2d.field import TransferFunction2DField
 from nodegraph.editor.parameters.values import LightField, PlaneField
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ WIDGETS: dict[type[params.Parameter], type[Field]] = {
     params.Light: LightField,
     params.Plane: PlaneField,
     params.TransferFunction: TransferFunctionField,
-    params.TransferFunction2D: JsonField,
+    params.TransferFunction2D: TransferFunction2DField,
 }
 
 

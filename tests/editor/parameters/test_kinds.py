@@ -67,9 +67,7 @@ GESTURES: dict[str, tuple[Callable[[ParameterRow, Any], object], Callable[[Any],
     "plane": (lambda row, q: q.mouseClick(row.field.buttons["Sagittal"], LEFT), lambda v: v.normal == (1.0, 0.0, 0.0)),
     "maybe": (lambda row, q: q.mouseClick(row.field.given, LEFT), lambda v: v == data.Plane()),
     "table": (lambda row, q: enter(q, row.field.length, "2.5"), lambda v: v.reference_length == 2.5),
-    "areas": (
-        lambda row, q: enter(q, row.field.entry, '{"reference_length": 2.5}'), lambda v: v.reference_length == 2.5
-    ),
+    "areas": (lambda row, q: enter(q, row.field.length, "2.5"), lambda v: v.reference_length == 2.5),
 }  # fmt: skip
 
 

@@ -1,10 +1,11 @@
-"""The histogram of the volume that a node reads, made off the window's thread."""
+"""Histograms of the volume that a node reads, made off the window's thread."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import weakref
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from nodegraph.flat import Flat
 
 BINS = 512
-KEPT = 8  #: histograms of parts of one volume
+KEPT = 8  #: histograms of one volume and its parts
 Crop = tuple[tuple[float, ...], tuple[float, ...]]
 """The low and the high corner of a part of a volume, as fractions of its x, y and z."""
 AGAIN_MS = 300
@@ -70,22 +71,10 @@ def count(volume: Volume, crop: Crop | None = None, bins: int = BINS) -> Histogr
     """Count the finite real values of a volume (the first of several components), or of a part of it, slab by slab."""
     scale, offset, unit = volume.mapping
     volume = volume.component(0)
-    low, high = volume.range
+    bins, edges = stored_bins(volume, bins)
     if crop is not None:
         volume = volume.part(*voxels(crop, volume.dims))  # the bins stay those of the whole
     whole = volume.dtype.kind in "iu"
-    if whole:
-        # One bin for each stored number, or for so many of them: bins that cut between numbers would show a comb.
-        stored = sorted(((low - offset) / scale, (high - offset) / scale))
-        first, last = round(stored[0]), round(stored[1])
-        each = max(1, -(-(last - first + 1) // bins))
-        bins = -(-(last - first + 1) // each)
-        edges = (first - 0.5, first - 0.5 + bins * each)
-    else:
-        edges = ((low - offset) / scale, (high - offset) / scale)
-        edges = (min(edges), max(edges))
-        if not edges[1] > edges[0]:
-            edges = (edges[0] - 0.5, edges[0] + 0.5)
     counts = np.zeros(bins, np.int64)
     for _, slab in volume.buffer.slabs():
         flat = slab.reshape(-1)
@@ -96,8 +85,22 @@ def count(volume: Volume, crop: Crop | None = None, bins: int = BINS) -> Histogr
                 piece = piece[np.isfinite(piece)]
             counts += np.histogram(piece, bins=bins, range=edges)[0]
     ends = (edges[0] * scale + offset, edges[1] * scale + offset)
-    ids = bool(whole and each == 1 and abs(scale) == 1.0 and float(offset).is_integer())
+    ids = bool(whole and edges[1] - edges[0] == bins and abs(scale) == 1.0 and float(offset).is_integer())
     return Histogram(counts[::-1] if scale < 0 else counts, min(ends), max(ends), unit, ids, crop is not None)
+
+
+def stored_bins(volume: Volume, bins: int) -> tuple[int, tuple[float, float]]:
+    """How many bins, at most ``bins``, and over which stored numbers, for the values of a volume of one component."""
+    scale, offset, _ = volume.mapping
+    low, high = volume.range
+    first, last = sorted(((low - offset) / scale, (high - offset) / scale))
+    if volume.dtype.kind in "iu":
+        # One bin for each stored number, or for so many of them: bins that cut between numbers would show a comb.
+        first, last = round(first), round(last)
+        each = max(1, -(-(last - first + 1) // bins))
+        bins = -(-(last - first + 1) // each)
+        return bins, (first - 0.5, first - 0.5 + bins * each)
+    return bins, (first, last) if last > first else (first - 0.5, first + 0.5)
 
 
 def voxels(crop: Crop, dims: tuple[int, int, int]) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -135,21 +138,31 @@ def volume_source(flat: Flat, path: str) -> Source | None:
 
 
 class HistogramOf(QObject):
-    """Keeps the histogram of what one node reads. ``found`` brings it, or None where there is no volume."""
+    """Keeps the histogram of what one node reads. ``found`` brings it, or None where there is no volume.
+
+    ``make`` makes it of a volume and the crop, if there is one.
+    """
 
     found = Signal(object)
 
-    _known: weakref.WeakKeyDictionary[Any, dict[Crop | None, Histogram]] = weakref.WeakKeyDictionary()  # by the data
+    _known: weakref.WeakKeyDictionary[Any, dict[object, Any]] = weakref.WeakKeyDictionary()  # by the data
     _numbers = itertools.count()
 
-    def __init__(self, session: Session, path: str, parent: QObject | None = None) -> None:
+    def __init__(
+        self,
+        session: Session,
+        path: str,
+        parent: QObject | None = None,
+        make: Callable[[Volume, Crop | None], Any] = count,
+    ) -> None:
         super().__init__(parent)
         self.session = session
         self.path = path
-        self.histogram: Histogram | None = None
+        self.make = make
+        self.histogram: Any = None
         self.cropped = True  # whether to count what a crop leaves alone
         self._buffer: weakref.ref[Any] | None = None  # of what is shown or being counted
-        self._part: Crop | None = None  # of it
+        self._kind: object = None  # which histogram, of which part of it and where
         self._key: object = None  # of everything upstream, when it was asked for
         self._stopped = False
         self._again = QTimer(self, singleShot=True, interval=AGAIN_MS)
@@ -222,28 +235,32 @@ class HistogramOf(QObject):
 
     def _count(self, volume: Volume) -> None:
         buffer, part = volume.buffer, self.crop() if self.cropped else None
-        if self._buffer is not None and self._buffer() is buffer and self._part == part:
+        kind = (self.make, part, volume.mapping, volume.index_to_world.tobytes())
+        if self._is_wanted(buffer, kind):
             return
-        self._buffer, self._part = weakref.ref(buffer), part
-        known = self._known.get(buffer, {}).get(part)
+        self._buffer, self._kind = weakref.ref(buffer), kind
+        known = self._known.get(buffer, {}).get(kind)
         if known is not None:
             self._show(buffer, known)
             return
-        self.session.work(partial(count, volume, part), partial(self._take, buffer, part))
+        self.session.work(partial(self.make, volume, part), partial(self._take, buffer, kind))
 
-    def _take(self, buffer: Any, part: Crop | None, histogram: Histogram | None) -> None:
+    def _take(self, buffer: Any, kind: object, histogram: Any) -> None:
         """The histogram of some data, or None where it could not be made: a device was lost, a file is gone."""
         if histogram is not None:
             kept = self._known.setdefault(buffer, {})
             while len(kept) >= KEPT:
                 del kept[next(iter(kept))]
-            kept[part] = histogram
+            kept[kind] = histogram
         if not isValid(self):
             return  # the widget went while somebody counted
-        if self._buffer is not None and self._buffer() is buffer and self._part == part:
+        if self._is_wanted(buffer, kind):
             self._show(buffer, histogram)
 
-    def _show(self, buffer: Any, histogram: Histogram | None) -> None:
+    def _is_wanted(self, buffer: Any, kind: object) -> bool:
+        return self._buffer is not None and self._buffer() is buffer and self._kind == kind
+
+    def _show(self, buffer: Any, histogram: Any) -> None:
         self._buffer = weakref.ref(buffer) if buffer is not None else None
         if histogram is not self.histogram or histogram is None:
             self.histogram = histogram

@@ -214,21 +214,24 @@ class Plot:
         painter.drawRect(strip)
 
     def _draw_values(self, painter: QPainter, palette: QPalette) -> None:
-        top = self.area.bottom() + 4.0 + STRIP
-        metrics = QFontMetricsF(painter.font())
         unit = self.histogram.unit if self.histogram is not None else ""
-        room = metrics.horizontalAdvance(unit) + 6.0 if unit else 0.0
-        end = self.area.right() - room
-        painter.setPen(ink(palette, 0.7))
-        if unit:
-            place = QRectF(end, top + 3.0, room, 14.0)
-            painter.drawText(place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, unit)
-        for value in self.axis.ticks(max(2, int(self.area.width() // 62))):
-            x, text = self.x(value), f"{value:.6g}"
-            painter.drawLine(QPointF(x, top), QPointF(x, top + 3.0))
-            half = metrics.horizontalAdvance(text) / 2
-            if x + half > end:
-                continue
+        draw_values(painter, palette, self.axis, self.area, self.area.bottom() + 4.0 + STRIP, unit)
+
+
+def draw_values(painter: QPainter, palette: QPalette, axis: ValueAxis, area: QRectF, top: float, unit: str) -> None:
+    """The numbers of an axis of values below an area, from ``top`` on, and their unit at its right end."""
+    metrics = QFontMetricsF(painter.font())
+    room = metrics.horizontalAdvance(unit) + 6.0 if unit else 0.0
+    end = area.right() - room
+    painter.setPen(ink(palette, 0.7))
+    if unit:
+        place = QRectF(end, top + 3.0, room, 14.0)
+        painter.drawText(place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, unit)
+    for value in axis.ticks(max(2, int(area.width() // 62))):
+        x, text = area.left() + float(axis.place(value)) * area.width(), f"{value:.6g}"
+        painter.drawLine(QPointF(x, top), QPointF(x, top + 3.0))
+        half = metrics.horizontalAdvance(text) / 2
+        if x + half <= end:
             painter.drawText(QRectF(x - half - 1, top + 3.0, 2 * half + 2, 14.0), Qt.AlignmentFlag.AlignCenter, text)
 
 
