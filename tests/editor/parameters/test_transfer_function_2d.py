@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 
 from nodegraph.data import Gaussian, TransferFunction2D, Trapezoid, Volume
 from nodegraph.data.space import centred
+from nodegraph.editor.parameters.transfer_function.histogram import voxels
 from nodegraph.editor.parameters.transfer_function_2d import areas, joint
 from tests.support import raycast_twin
 
@@ -269,22 +270,26 @@ def test_an_empty_function_can_be_begun(field: Any, session: Any, qtbot: Any) ->
 # -- the histogram -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("scale", [1.0, -2.0])
-def test_the_joint_histogram_counts_what_the_ray_caster_sees(scale: float, rng: np.random.Generator) -> None:
-    """Each voxel by its value and the length of its gradient, in a turned, anisotropic grid."""
+@pytest.mark.parametrize(
+    ("scale", "crop"),
+    [(1.0, None), (-2.0, None), (1.0, ((0.25, 0.0, 0.5), (0.75, 1.0, 0.84))), (1.0, ((0, 0, 0), (1, 0.5, 0.5)))],
+)
+def test_the_joint_histogram_counts_what_the_ray_caster_sees(scale: float, crop: Any, rng: np.random.Generator) -> None:
+    """Each voxel by its value and the length of its gradient, in a turned, anisotropic grid; of a part the same."""
     data = rng.integers(-50, 50, (6, 7, 8)).astype("i2")
     c, s = np.cos(0.3), np.sin(0.3)
     turn = np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
     volume = Volume(data, turn @ centred((8, 7, 6), (0.5, 1.0, 2.0)), (scale, 10.0, "HU"))
-    found = joint.count(volume)
-    points = np.stack(np.meshgrid(np.arange(8), np.arange(7), np.arange(6), indexing="ij"), -1).reshape(-1, 3)
+    found = joint.count(volume, crop)
+    low, high = voxels(crop or ((0, 0, 0), (1, 1, 1)), volume.dims)
+    points = np.stack(np.meshgrid(*map(np.arange, low, high), indexing="ij"), -1).reshape(-1, 3)
     values = raycast_twin.sample(volume, points)
     magnitudes = np.linalg.norm(raycast_twin.slope(volume, points), axis=-1)
     rows, columns = found.counts.shape
     expected = np.histogram2d(
         magnitudes, values, bins=(rows, columns), range=((0.0, found.top), (found.low, found.high))
     )[0]
-    assert found.counts.sum() == data.size
+    assert found.counts.sum() == len(points)
     assert np.abs(found.counts - expected).sum() <= 4, "rounding at the edges of bins"
     assert magnitudes.max() <= found.top <= 4.0 * magnitudes.max()
     assert (found.unit, found.unit_per_mm) == ("HU", "HU/mm")

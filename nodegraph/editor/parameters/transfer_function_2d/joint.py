@@ -48,7 +48,7 @@ class JointHistogram:
 
 
 def count(volume: Volume, crop: Crop | None = None, columns: int = COLUMNS, rows: int = ROWS) -> JointHistogram:
-    """Count the voxels of a volume (the first of several components), or of a part of it, by value and gradient magnitude.
+    """Count the voxels of a volume (the first of several components), or of a part of it, by value and gradient.
 
     Differences are those of the ray-caster: over two voxels, the edge repeated. Three planes are kept of what is read.
     The range of the magnitudes doubles, and two rows become one, as often as a magnitude lies above it.
@@ -88,7 +88,7 @@ def count(volume: Volume, crop: Crop | None = None, columns: int = COLUMNS, rows
 
 
 def _with_neighbours(volume: Volume, low: Place, high: Place) -> Iterator[tuple[NDArray[np.float64], ...]]:
-    """Each plane (y, x) of stored numbers from low to high between the one before and the one after; the edge repeats."""
+    """Each plane (y, x) of stored numbers from low to high, between its neighbours; the edge repeats."""
     before = here = None
     x, y, z = volume.dims
     first, end = max(low[2] - 1, 0), min(high[2] + 1, z)
