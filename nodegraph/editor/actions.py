@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QToolBar
 
 from nodegraph.editor import theme
 from nodegraph.editor.canvas.menus import ACTIONS as CANVAS
@@ -137,6 +138,21 @@ def make(window: Window) -> dict[str, QAction]:
                 action.triggered.connect(_call(window, told))
     made["close"].setMenuRole(QAction.MenuRole.QuitRole)
     return made
+
+
+def make_bar(window: Window, actions: dict[str, QAction]) -> QToolBar:
+    """Make the bar of the commands that are wanted most."""
+    bar = QToolBar("Toolbar", window)
+    bar.setObjectName("toolbar")
+    bar.setMovable(False)
+    bar.setIconSize(QSize(16, 16))
+    for name in BAR:
+        if name is None:
+            bar.addSeparator()
+        else:
+            bar.addAction(actions[name])
+    window.addToolBar(bar)
+    return bar
 
 
 def paint(window: Window, actions: dict[str, QAction]) -> None:

@@ -54,6 +54,7 @@ class Console(QWidget):
         self.line.returnPressed.connect(self.enter)
         row = QHBoxLayout()
         row.setContentsMargins(8, 6, 8, 6)
+        row.setSpacing(8)
         row.addWidget(self.prompt)
         row.addWidget(self.line)
         layout = QVBoxLayout(self)

@@ -81,7 +81,7 @@ class Titles(QObject):
             signal.connect(lambda _: self._soon.start())
 
     def _sort(self) -> None:
-        self._hide_ghosts()
+        self._sort_tab_bars()
         for dock in self.window.findChildren(QDockWidget):
             bar = dock.titleBarWidget()
             if isinstance(bar, TitleBar):
@@ -89,14 +89,17 @@ class Titles(QObject):
                 tabbed = bool(beside) and not dock.isFloating()
                 bar.collapse(tabbed)
 
-    def _hide_ghosts(self) -> None:
-        """Hide tab bars that Qt leaves on the screen when docks that shared a place are put elsewhere."""
+    def _sort_tab_bars(self) -> None:
+        """Show the tab bars of docks that share a place, and hide those that Qt forgot on the screen.
+
+        Qt makes new bars when docks that shared a place are put elsewhere; the old ones keep the old tabs.
+        """
         docks = self.window.findChildren(QDockWidget)
         groups = [{dock, *self.window.tabifiedDockWidgets(dock)} for dock in docks if not dock.isHidden()]
         titles = [{dock.windowTitle() for dock in group if not dock.isHidden()} for group in groups]
         for bar in self.window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
-            if {bar.tabText(place) for place in range(bar.count())} not in titles:
-                bar.hide()
+            tabs = {bar.tabText(place) for place in range(bar.count())}
+            bar.setVisible(len(tabs) > 1 and tabs in titles)
 
 
 def _button(name: str, tip: str) -> QToolButton:

@@ -39,7 +39,12 @@ def parts(message: Message) -> tuple[str, str, str]:
         front, _, rest = text.partition(": ")
         place, text = front, rest
     what, _, cure = text.partition("; ")
-    return place, what[:1].upper() + what[1:], cure[:1].upper() + cure[1:]
+    return place, _sentence(what), _sentence(cure)
+
+
+def _sentence(text: str) -> str:
+    """A text as a sentence begins, unless it begins with the name of something."""
+    return text[:1].upper() + text[1:] if text.partition(" ")[0].rstrip(",:").isalpha() else text
 
 
 class Messages(QWidget):

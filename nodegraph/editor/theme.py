@@ -121,7 +121,8 @@ def icon(name: str, palette: QPalette, size: int = 16) -> QIcon:
     """One of the SVG icons in ``icons/``, in the colour of text, and paler where it is disabled."""
     theme = theme_of(palette)
     made = QIcon()
-    for mode, color in ((QIcon.Mode.Normal, theme.text), (QIcon.Mode.Disabled, theme.line)):
+    modes = QIcon.Mode
+    for mode, color in ((modes.Normal, theme.text), (modes.Selected, theme.on_accent), (modes.Disabled, theme.line)):
         for scale in (1, 2):
             pixmap = drawn(name, color, size * scale)
             pixmap.setDevicePixelRatio(scale)
@@ -143,6 +144,8 @@ def drawn(name: str, color: str, pixels: int) -> QPixmap:
 
 
 def _sheet(theme: Theme) -> str:
+    name = next(name for name, one in THEMES.items() if one is theme)
+    arrows = _ICONS.as_posix()  # a style sheet takes pictures from files only
     return f"""
 QMainWindow::separator {{ background: {theme.line}; width: 1px; height: 1px; }}
 QMainWindow::separator:hover {{ background: {theme.accent}; }}
@@ -189,6 +192,22 @@ QHeaderView {{ background: {theme.window}; }}
 QHeaderView::section {{ background: {theme.window}; color: {theme.dim}; padding: 5px 8px; border: none;
     border-bottom: 1px solid {theme.line}; }}
 QToolTip {{ background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line}; padding: 4px 6px; }}
+QLineEdit, QComboBox, QSpinBox, QDoubleSpinBox {{ background: {theme.field}; color: {theme.text};
+    border: 1px solid {theme.line}; border-radius: 4px; padding: 2px 6px; min-height: 18px;
+    selection-background-color: {theme.accent}; selection-color: {theme.on_accent}; }}
+QLineEdit:focus, QComboBox:focus, QSpinBox:focus, QDoubleSpinBox:focus {{ border-color: {theme.accent}; }}
+QLineEdit:disabled, QComboBox:disabled, QSpinBox:disabled, QDoubleSpinBox:disabled {{ color: {theme.dim};
+    background: {theme.window}; }}
+QComboBox {{ background: {theme.raised}; }}
+QComboBox:hover {{ background: {theme.hover}; }}
+QComboBox::drop-down {{ border: none; width: 18px; }}
+QComboBox::down-arrow, QSpinBox::down-arrow, QDoubleSpinBox::down-arrow {{ width: 10px; height: 10px;
+    image: url({arrows}/down_{name}.svg); }}
+QSpinBox::up-arrow, QDoubleSpinBox::up-arrow {{ width: 10px; height: 10px; image: url({arrows}/up_{name}.svg); }}
+QComboBox QAbstractItemView {{ background: {theme.raised}; border: 1px solid {theme.line}; padding: 2px; outline: none;
+    selection-background-color: {theme.accent}; selection-color: {theme.on_accent}; }}
+QSpinBox::up-button, QSpinBox::down-button, QDoubleSpinBox::up-button, QDoubleSpinBox::down-button {{ border: none;
+    background: transparent; width: 16px; }}
 QLineEdit#search {{ background: {theme.field}; border: 1px solid {theme.line}; border-radius: 5px; padding: 5px 8px; }}
 QLineEdit#search:focus {{ border-color: {theme.accent}; }}
 QFrame#command_palette {{ background: {theme.window}; border: 1px solid {theme.line}; border-radius: 8px; }}

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from nodegraph.editor.window import Window
 
 ABOVE = Qt.DockWidgetArea.TopDockWidgetArea
+LEAST = 130
+"""Pixels that the canvas and the panels below it keep in a quad."""
 ACROSS, DOWN = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
 
 
@@ -71,5 +73,7 @@ class ViewDocks:
         for dock in found:
             dock.show()
         window.resizeDocks([cast, axial], [window.middle.width() // 2] * 2, ACROSS)
-        tall = max(180, (window.height() - 100) * 7 // 20)
+        # The canvas keeps a strip; the panels below give way first.
+        window.resizeDocks([window.docks["messages"]], [LEAST], DOWN)
+        tall = max(LEAST, (window.height() - 2 * LEAST) * 2 // 5)
         window.resizeDocks([cast, coronal, axial, sagittal], [tall] * 4, DOWN)

@@ -185,8 +185,7 @@ class Card(QWidget):
     def __init__(self, path: Path) -> None:
         super().__init__()
         self.path = path
-        self.title = path.stem.replace("_", " ")
-        self.title = self.title[:1].upper() + self.title[1:]
+        self.title = path.stem.replace("_", " ").title()
         self._picture: QPixmap | None = None
         self.setFixedSize(THUMBNAIL + QSize(0, 34))
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import base64
-import binascii
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QEvent, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QIcon
 from PySide6.QtWidgets import (
     QApplication,
@@ -18,13 +17,12 @@ from PySide6.QtWidgets import (
     QMenu,
     QMessageBox,
     QStackedWidget,
-    QTabWidget,
-    QToolBar,
     QWidget,
 )
 
 from nodegraph.editor import actions, theme
 from nodegraph.editor.animation.timeline import Timeline
+from nodegraph.editor.arrangement import Arrangement
 from nodegraph.editor.canvas import CanvasView
 from nodegraph.editor.canvas.link_table import LinkTable
 from nodegraph.editor.command_palette import CommandPalette
@@ -48,15 +46,7 @@ from nodegraph.editor.views.measure_list import MeasureList
 from nodegraph.editor.welcome import Welcome
 from nodegraph.errors import GraphError
 
-LAYOUT = "window"
-"""Key of the document's ``ui`` that holds where the panels are."""
 FILES = "Workspaces and pictures that carry one (*.json *.png *.exr)"
-BELOW = ("messages", "profile", "links", "images", "compare", "measures", "timeline", "console")
-LEFT, RIGHT, BOTTOM = (
-    Qt.DockWidgetArea.LeftDockWidgetArea,
-    Qt.DockWidgetArea.RightDockWidgetArea,
-    Qt.DockWidgetArea.BottomDockWidgetArea,
-)
 
 
 class Window(QMainWindow):
@@ -73,19 +63,12 @@ class Window(QMainWindow):
         self.view_docks = ViewDocks(self)
         self.views = self.view_docks.docks
         self.box: QMessageBox | QFileDialog | None = None
+        self.arrangement = Arrangement(self)
         self.titles = Titles(self)
         self._leaving = False
         self._repaint = QTimer(self, singleShot=True, interval=0)
         self._repaint.timeout.connect(self._paint_icons)
         self.setWindowIcon(QIcon(str(Path(__file__).parent / "icons" / "app.svg")))
-        self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.AllowNestedDocks)
-        self.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
-        for corner, area in (
-            (Qt.Corner.TopLeftCorner, LEFT),
-            (Qt.Corner.TopRightCorner, RIGHT),
-            (Qt.Corner.BottomRightCorner, RIGHT),
-        ):
-            self.setCorner(corner, area)
         self.setAcceptDrops(True)
         self.resize(1440, 900)
 
@@ -118,7 +101,7 @@ class Window(QMainWindow):
         self._add_dock("timeline", "Timeline", self.timeline)
         self._add_dock("console", "Python", self.console)
         self.actions_by_name = actions.make(self)
-        self.bar = self._make_bar()
+        self.bar = actions.make_bar(self, self.actions_by_name)
         self.status = Status(self.session)
         self.setStatusBar(self.status)
         self.banner = Banner(self)
@@ -218,7 +201,8 @@ class Window(QMainWindow):
             self._show_messages()
 
     def _save(self, path: Path) -> bool:
-        self.session.note(LAYOUT, {"layout": base64.b64encode(self.saveState().data()).decode()})
+        self._show_canvas()
+        self.arrangement.note()
         saved = self.session.save(path)
         if saved and self.session.path is not None:
             self.settings.add_recent(self.session.path)
@@ -274,6 +258,7 @@ class Window(QMainWindow):
         """Show the page with examples and recent files; the document stays open behind it."""
         self.welcome.refresh()
         self.middle.setCurrentWidget(self.welcome)
+        self.arrangement.set_aside()
         self.welcome.show_pictures()
 
     def toggle_full_screen(self) -> None:
@@ -289,21 +274,7 @@ class Window(QMainWindow):
 
     def reset_layout(self) -> None:
         """Put the panels where they are at first."""
-        for dock in (*self.docks.values(), *self.views):
-            self.removeDockWidget(dock)
-        for area, names in ((LEFT, ("palette",)), (RIGHT, ("parameters", "help")), (BOTTOM, BELOW)):
-            first, *others = [self.docks[name] for name in names]
-            self.addDockWidget(area, first)
-            for dock in others:
-                self.tabifyDockWidget(first, dock)
-            for dock in (first, *others):
-                dock.setFloating(False)
-                dock.show()
-            first.raise_()
-        for view in self.views:
-            self.view_docks.place(view)
-        self.resizeDocks([self.docks["palette"], self.docks["parameters"]], [230, 410], Qt.Orientation.Horizontal)
-        self.resizeDocks([self.docks["messages"]], [180], Qt.Orientation.Vertical)
+        self.arrangement.reset()
 
     def quad_view(self) -> None:
         """Show the volume that is meant in three dimensions and in three cuts, two by two; what is missing is added."""
@@ -317,19 +288,6 @@ class Window(QMainWindow):
         dock.setWidget(widget)
         self.titles.add(dock)
         self.docks[name] = dock
-
-    def _make_bar(self) -> QToolBar:
-        bar = QToolBar("Toolbar", self)
-        bar.setObjectName("toolbar")
-        bar.setMovable(False)
-        bar.setIconSize(QSize(16, 16))
-        for name in actions.BAR:
-            if name is None:
-                bar.addSeparator()
-            else:
-                bar.addAction(self.actions_by_name[name])
-        self.addToolBar(bar)
-        return bar
 
     def _connect(self) -> None:
         session = self.session
@@ -373,22 +331,18 @@ class Window(QMainWindow):
 
     def _show_canvas(self) -> None:
         self.middle.setCurrentWidget(self.canvas)
+        self.arrangement.bring_back()
         self.canvas.setFocus()
 
     def _replaced(self) -> None:
         self.view_docks.sync()
-        kept = self.session.network.ui.get(LAYOUT)
-        if isinstance(kept, dict) and isinstance(kept.get("layout"), str):
-            try:
-                self.restoreState(QByteArray(base64.b64decode(kept["layout"], validate=True)))
-            except (binascii.Error, ValueError):
-                pass  # somebody edited it: the panels stay where they are
+        self.arrangement.restore()
         self._changed()
 
     def _changed(self, *_: object) -> None:
         self.view_docks.sync()
-        if self.session.network.nodes:
-            self.middle.setCurrentWidget(self.canvas)
+        if self.session.network.nodes and self.middle.currentWidget() is self.welcome:
+            self._show_canvas()
         self._name()
         self._enable()
 

@@ -9,16 +9,19 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QMessageBox, QTabBar
 from pytestqt.qtbot import QtBot
 
 from nodegraph import workspace
 from nodegraph.commands import Set
 from nodegraph.editor import actions, theme
 from nodegraph.editor.app import application
+from nodegraph.editor.arrangement import LAYOUT
+from nodegraph.editor.messages import parts
+from nodegraph.editor.session import Message
 from nodegraph.editor.settings import Settings
 from nodegraph.editor.views.toolbox import Toolbox
-from nodegraph.editor.window import LAYOUT, Window
+from nodegraph.editor.window import Window
 from tests.editor.conftest import MakeWindow, left_of
 from tests.editor.test_session import small
 
@@ -201,3 +204,35 @@ def test_closing_ends_the_engine_and_its_threads(make_window: MakeWindow, file: 
     window.close()
     assert window.session.engine.closed
     assert left_of(before) == []
+
+
+def test_panels_that_share_a_place_have_their_tabs_after_every_move(opened: Window, qtbot: QtBot) -> None:
+    def shown() -> list[set[str]]:
+        bars = opened.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly)
+        return [{bar.tabText(place) for place in range(bar.count())} for bar in bars if bar.isVisible()]
+
+    below = {"Messages", "Profile", "Images", "Compare", "Timeline", "Python"}
+    for _ in range(3):
+        opened.reset_layout()
+        qtbot.waitUntil(lambda: {"Parameters", "Help"} in shown() and any(below <= tabs for tabs in shown()))
+        assert len(shown()) == 2
+
+
+def test_the_welcome_page_has_the_window_for_itself(opened: Window) -> None:
+    opened.docks["palette"].hide()
+    opened.docks["help"].setFloating(True)
+    before = {name: dock.isHidden() for name, dock in opened.docks.items()}
+    opened.show_welcome()
+    assert {name for name, dock in opened.docks.items() if not dock.isHidden()} == {"help"}
+    assert opened.views[0].isHidden()
+    opened.save()
+    assert {name: dock.isHidden() for name, dock in opened.docks.items()} == before
+    assert not opened.views[0].isHidden()
+    opened.show_welcome()
+    opened.add_processor("filter.gradient")
+    assert {name: dock.isHidden() for name, dock in opened.docks.items()} == before
+
+
+def test_what_a_message_begins_with_is_written_as_it_is_called() -> None:
+    said = Message("error", "mri", "mri: data/lost.nii.gz: there is no such file; check the path")
+    assert parts(said) == ("mri", "data/lost.nii.gz: there is no such file", "Check the path")

@@ -24,7 +24,8 @@ from PySide6.QtWidgets import (
 )
 
 from nodegraph import Network, workspace
-from nodegraph.editor.window import LAYOUT, Window
+from nodegraph.editor.arrangement import LAYOUT
+from nodegraph.editor.window import Window
 from tests.editor.proof import hand
 
 TYPES = ("filter.gaussian_blur", "render.slice", "image.compose", "output.view", "filter.gradient", "image.background")
