@@ -23,6 +23,7 @@ from nodegraph.workers import Inbox, Workers
 if TYPE_CHECKING:
     from nodegraph.disk_cache import DiskCache
     from nodegraph.flat import Flat
+    from nodegraph.marks import Marks
     from nodegraph.network import Network
     from nodegraph.shaders import Source
 
@@ -220,6 +221,10 @@ class Engine:
     def try_kernel(self, old: Source, new: Source) -> None:
         """Compile a changed kernel on every open device as its old text has run there. Raises ShaderError."""
         self.call(lambda: [device.try_text(old, new) for device in getattr(self._devices, "opened", ())])
+
+    def mark_in(self, marks: Marks | None) -> None:
+        """Mark from now on which nodes run, for whoever wants to know after a crash."""
+        self._context.marks = marks
 
     @property
     def disk(self) -> DiskCache | None:

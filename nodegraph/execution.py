@@ -56,7 +56,7 @@ def execute(run: Run, place: int, arguments: dict[str, Any], device: Any) -> Res
     decisions: list[str] = []
     services = _services(run, place, device, memos, notes, decisions)
     started = time.perf_counter()
-    with _working_for(device, task.path):
+    with _working_for(device, task.path), _marked(run, task.path, processor.id):
         returned = processor().process(**arguments, **services)
         if processor.generator:
             values = _refine(run, task, returned, device is not None)
@@ -83,6 +83,12 @@ def _working_for(device: Any, path: str) -> Iterator[None]:
         yield
     finally:
         device.working_for = ""
+
+
+def _marked(run: Run, path: str, id: str) -> contextlib.AbstractContextManager[None]:
+    """Leave behind, should the process end here, which node it was."""
+    marks = run.context.marks
+    return marks.running(path, id) if marks is not None else contextlib.nullcontext()
 
 
 def _refine(run: Run, task: Task, steps: Any, here: bool) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from nodegraph.workers import Inbox, Job, Workers
 
 if TYPE_CHECKING:
     from nodegraph.disk_cache import DiskCache
+    from nodegraph.marks import Marks
 
 
 class DeviceSource(Protocol):
@@ -48,6 +49,7 @@ class Context:
     inbox: Inbox
     devices: DeviceSource
     disk: DiskCache | None = None
+    marks: Marks | None = None
 
 
 def run(

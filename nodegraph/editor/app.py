@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import signal
 import sys
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from nodegraph.editor import theme
 from nodegraph.editor.offers import is_workspace
+from nodegraph.editor.recovering import offer, recover
 from nodegraph.editor.recovery import lost_documents
 from nodegraph.editor.session import Session
 from nodegraph.editor.settings import Settings
@@ -29,8 +31,13 @@ def application() -> QApplication:
     return app
 
 
-def open_window(files: Sequence[Path] = (), device: str = "auto", settings: Settings | None = None) -> Window:
-    """Make the window and show it: with a workspace or data files, or with the page that offers some."""
+def open_window(
+    files: Sequence[Path] = (), device: str = "auto", settings: Settings | None = None, *, after: int | None = None
+) -> Window:
+    """Make the window and show it: with a workspace or data files, or with the page that offers some.
+
+    ``after``: the number of the process that crashed; what it had open is open again.
+    """
     app = application()
     settings = settings if settings is not None else Settings()
     chosen = settings.get("theme", "system")
@@ -44,14 +51,20 @@ def open_window(files: Sequence[Path] = (), device: str = "auto", settings: Sett
     if not any(is_workspace(file) for file in files):
         window.show_welcome()
     window.open_files(list(files))
-    window.offer(lost_documents())
+    crashed = lost_documents(process=after) if after is not None else []
+    for lost in crashed[:1]:
+        recover(window, lost)
+    offer(window, lost_documents())
     return window
 
 
-def run(files: Sequence[Path] = (), device: str = "auto") -> int:
+def run(files: Sequence[Path] = (), device: str = "auto", *, after: int | None = None) -> int:
     """Run the editor until its window closes."""
+    faulthandler.enable()  # where native code crashes, the terminal shows what Python was doing
     app = application()
-    window = open_window(files, device)
+    window = open_window(files, device, after=after)
+    # Who ends it from outside is not asked anything; what was not saved lies aside.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     # Python hears Ctrl-C only when it is awake.
     signal.signal(signal.SIGINT, lambda *_: window.close())
     awake = QTimer()

@@ -34,7 +34,7 @@ from nodegraph.editor.offers import Beginning, is_workspace, name_filter
 from nodegraph.editor.palette import Palette
 from nodegraph.editor.parameters import ParameterPanel
 from nodegraph.editor.profile import Profile
-from nodegraph.editor.recovery import Autosave, Lost
+from nodegraph.editor.recovery import Autosave
 from nodegraph.editor.reloading import Reloader
 from nodegraph.editor.session import Session
 from nodegraph.editor.settings import Settings
@@ -44,7 +44,7 @@ from nodegraph.editor.views.browser import ImageBrowser
 from nodegraph.editor.views.compare import CompareView
 from nodegraph.editor.views.measure_list import MeasureList
 from nodegraph.editor.welcome import Welcome
-from nodegraph.errors import GraphError
+from nodegraph.network import Network
 
 FILES = "Workspaces and pictures that carry one (*.json *.png *.exr)"
 
@@ -105,7 +105,7 @@ class Window(QMainWindow):
         self.status = Status(self.session)
         self.setStatusBar(self.status)
         self.banner = Banner(self)
-        self.beginning = Beginning(self.session, self, self._when_safe)
+        self.beginning = Beginning(self.session, self, self.when_safe)
         self.commands = CommandPalette(self, partial(actions.entries, self))
         # What listens to the session holds the window, so the session must go for either to be forgotten.
         self.destroyed.connect(self.session.deleteLater)
@@ -118,7 +118,7 @@ class Window(QMainWindow):
 
     def new(self) -> None:
         """Begin an empty network, after asking about one that is not saved."""
-        self._when_safe(self._new)
+        self.when_safe(self._new)
 
     def open_dialog(self) -> None:
         """Choose a file to open."""
@@ -135,7 +135,7 @@ class Window(QMainWindow):
         """Open the first workspace among some files; where there is none, begin a network with all of them."""
         workspaces = [path for path in paths if is_workspace(path)]
         if workspaces:
-            self._when_safe(lambda: self._open(workspaces[0]))
+            self.when_safe(lambda: self._open(workspaces[0]))
         elif paths:
             self.beginning.start(paths)
 
@@ -161,33 +161,11 @@ class Window(QMainWindow):
         box.fileSelected.connect(lambda name: self._save(Path(name)))
         self._ask(box)
 
-    def offer(self, lost: list[Lost]) -> None:
-        """Offer what an editor that crashed left behind, one after the other."""
-        if not lost:
-            return
-        first, *rest = lost
-        name = first.file.name if first.file else "a network without a file"
-
-        def recover() -> None:
-            try:
-                network = first.network()
-            except GraphError as error:
-                self.session.tell("error", str(error))
-                return
-            self.session.adopt(network)
-            self._show_canvas()
-            self.autosave.write()
-            first.discard()
-            self.offer(rest)
-
-        def discard() -> None:
-            first.discard()
-            self.offer(rest)
-
-        self.banner.offer(
-            f"The editor ended unexpectedly with unsaved changes of {name}.",
-            {"Recover": lambda: self._when_safe(recover), "Discard": discard},
-        )
+    def take_over(self, network: Network) -> None:
+        """Show a document that was made elsewhere, as by recovery."""
+        self.session.adopt(network)
+        self._show_canvas()
+        self.autosave.write()
 
     def _new(self) -> None:
         self.session.new()
@@ -209,7 +187,7 @@ class Window(QMainWindow):
         self._name()
         return saved
 
-    def _when_safe(self, then: Callable[[], object]) -> None:
+    def when_safe(self, then: Callable[[], object]) -> None:
         """Do something that lets the document go, at once or after the user has said what becomes of its changes."""
         if not self.session.modified:
             then()
@@ -386,7 +364,7 @@ class Window(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         if self.session.modified and not self._leaving:
             event.ignore()
-            self._when_safe(self._leave)
+            self.when_safe(self._leave)
             return
         self.settings.set("geometry", base64.b64encode(self.saveGeometry().data()).decode())
         self.autosave.close()
