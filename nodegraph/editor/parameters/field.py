@@ -72,12 +72,16 @@ class Field(QWidget):
         super().hideEvent(event)
 
 
+_NO_SHORTCUTS = (Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Control)
+
+
 def is_shortcut(event: QEvent) -> bool:
-    """Whether a key is about to be looked up as a shortcut with Ctrl: undo, save."""
+    """Whether a key is about to be looked up as a shortcut with Ctrl: undo, save. Arrows with Ctrl are long steps."""
     return (
         event.type() == QEvent.Type.ShortcutOverride
         and isinstance(event, QKeyEvent)
         and bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+        and event.key() not in _NO_SHORTCUTS
     )
 
 

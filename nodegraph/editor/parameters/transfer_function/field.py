@@ -191,8 +191,7 @@ class TransferFunctionField(Field):
         if first:
             self.canvas.fit()
         self.row.refresh()
-        ids = histogram.ids() if histogram is not None and not histogram.part else self.table.ids
-        self.table.show_ids(ids if histogram is not None else {})
+        self.table.show_ids(histogram.ids if histogram is not None else {})
         self.labels.setVisible(bool(self.table.ids))
         if not self.table.ids:
             self.show_labels(False)

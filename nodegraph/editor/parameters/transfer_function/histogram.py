@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 import weakref
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from nodegraph.flat import Flat
 
 BINS = 512
+PATCHES = 0.3
+"""Of labels, at most that part of the voxels differs from the one to its left: they lie in patches."""
 KEPT = 8  #: histograms of one volume and its parts
 Crop = tuple[tuple[float, ...], tuple[float, ...]]
 """The low and the high corner of a part of a volume, as fractions of its x, y and z."""
@@ -38,22 +40,14 @@ AGAIN_MS = 300
 class Histogram:
     """How often real values occur. counts: (bins,) over low..high, ends included; unit: of the values.
 
-    whole: every bin is one whole number, and nothing else occurs. part: whether it is of the crop alone.
+    ids: of labels: which there are in all of the volume, and how often; empty where the values are no labels.
     """
 
     counts: NDArray[np.int64]
     low: float
     high: float
     unit: str = ""
-    whole: bool = False
-    part: bool = False
-
-    def ids(self) -> dict[int, int]:
-        """Which whole numbers occur, and how often; empty where there are other numbers, or too many."""
-        if not self.whole:
-            return {}
-        first = round(self.low + 0.5)
-        return {first + int(place): int(self.counts[place]) for place in np.flatnonzero(self.counts)}
+    ids: Mapping[int, int] = field(default_factory=dict)
 
     def usual(self, outliers: float = 1e-4) -> tuple[float, float]:
         """The range without the rarest values at either end."""
@@ -70,13 +64,17 @@ class Histogram:
 def count(volume: Volume, crop: Crop | None = None, bins: int = BINS) -> Histogram:
     """Count the finite real values of a volume (the first of several components), or of a part of it, slab by slab."""
     scale, offset, unit = volume.mapping
-    volume = volume.component(0)
+    given = volume = volume.component(0)
     bins, edges = stored_bins(volume, bins)
     if crop is not None:
         volume = volume.part(*voxels(crop, volume.dims))  # the bins stay those of the whole
     whole = volume.dtype.kind in "iu"
     counts = np.zeros(bins, np.int64)
+    edged = there = 0
     for _, slab in volume.buffer.slabs():
+        layer = slab[len(slab) // 2]
+        edged += int(((layer[:, 1:] != layer[:, :-1]) & (layer[:, 1:] != 0)).sum())
+        there += int((layer != 0).sum())
         flat = slab.reshape(-1)
         # Small pieces: numpy holds the interpreter while it counts, and the window wants to draw.
         for start in range(0, len(flat), SLAB_BYTES // 16):
@@ -85,8 +83,12 @@ def count(volume: Volume, crop: Crop | None = None, bins: int = BINS) -> Histogr
                 piece = piece[np.isfinite(piece)]
             counts += np.histogram(piece, bins=bins, range=edges)[0]
     ends = (edges[0] * scale + offset, edges[1] * scale + offset)
-    ids = bool(whole and edges[1] - edges[0] == bins and abs(scale) == 1.0 and float(offset).is_integer())
-    return Histogram(counts[::-1] if scale < 0 else counts, min(ends), max(ends), unit, ids, crop is not None)
+    ids: Mapping[int, int] = {}
+    if crop is not None and whole:
+        ids = count(given).ids
+    elif whole and edges[1] - edges[0] == bins and (scale, offset) == (1.0, 0.0) and edged <= PATCHES * there:
+        ids = {round(edges[0] + 0.5) + int(place): int(counts[place]) for place in np.flatnonzero(counts)}
+    return Histogram(counts[::-1] if scale < 0 else counts, min(ends), max(ends), unit, ids)
 
 
 def stored_bins(volume: Volume, bins: int) -> tuple[int, tuple[float, float]]:

@@ -135,21 +135,28 @@ class LabelTable(QWidget):
         eye = icon("show" if label.visible else "hide", faded)
         texts = ("", str(label.id), "", short(label.opacity), label.name, f"{self.ids.get(label.id, 0):,}")
         for column, text in enumerate(texts):
-            item = QTableWidgetItem(text)
-            flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
-            if column in (OPACITY, NAME):
-                flags |= Qt.ItemFlag.ItemIsEditable
-            item.setFlags(flags)
+            item = self.table.item(row, column) or self._item(row, column)
+            item.setText(text)
             item.setForeground(faded)
-            if column in (ID, OPACITY, VOXELS):
-                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             if column == SEEN:
                 item.setIcon(eye)
                 item.setToolTip("Hide" if label.visible else "Show")
             if column == COLOR:
                 item.setIcon(QIcon(color))
-                item.setToolTip("Choose a colour")
-            self.table.setItem(row, column, item)
+
+    def _item(self, row: int, column: int) -> QTableWidgetItem:
+        """Make an item; from then on it is changed and not replaced, since somebody may be editing it."""
+        item = QTableWidgetItem()
+        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        if column in (OPACITY, NAME):
+            flags |= Qt.ItemFlag.ItemIsEditable
+        item.setFlags(flags)
+        if column in (ID, OPACITY, VOXELS):
+            item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        if column == COLOR:
+            item.setToolTip("Choose a colour")
+        self.table.setItem(row, column, item)
+        return item
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         self.table.setColumnHidden(VOXELS, self.width() < NARROW)
@@ -187,7 +194,9 @@ class LabelTable(QWidget):
 
     def color_all(self) -> None:
         """Give every label a colour of its own."""
-        self.put(labels.in_colors(self.labels))
+        kept = labels.function_of(self.labels, self.function.reference_length) == self.function
+        found = self.labels if kept else [replace(label, opacity=labels.OPACITY) for label in self.labels]
+        self.put(labels.in_colors(found))
 
     def show_all(self) -> None:
         """Show all labels but 0."""
