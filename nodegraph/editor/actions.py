@@ -97,6 +97,7 @@ MENUS: dict[str, tuple[Told | None, ...]] = {
     "&Picture": (
         _in_view("crosshair", "Cross-hair", "X"),
         _in_view("fly", "Fly", "Shift+F"),
+        _in_view("handles", "Handles of the selection", "H"),
         None,
         _in_view("distance", "Measure a distance", "D"),
         _in_view("angle", "Measure an angle", "A"),

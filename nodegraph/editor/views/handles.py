@@ -79,7 +79,7 @@ class Handles(Tool):
         self.cancel()
         self.shown = not self.shown
         self._lit = None
-        self.view.area.update()
+        self.view.refresh_tools()
 
     def refresh(self, _: object = None) -> None:
         """The selection, the document or what is known of its values is another one now."""

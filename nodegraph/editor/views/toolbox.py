@@ -48,12 +48,14 @@ class Toolbox(QObject):
         self._measure.setCheckable(True)
         self._cross = IconButton("crosshair", "Cross-hair (X)", view, checkable=True)
         self._cross.clicked.connect(self.crosshair)
+        self._handles = IconButton("handles", "Handles of the selection (H)", view, checkable=True)
+        self._handles.clicked.connect(self.handles)
         self._fly = IconButton("fly", "Fly (Shift+F)", view, checkable=True)
         self._fly.clicked.connect(self.fly)
 
     def fill_bar(self, bar: QHBoxLayout) -> None:
         """Put the buttons into the bar of the view."""
-        for button in (self._fly, self._cross, self._measure):
+        for button in (self._fly, self._cross, self._handles, self._measure):
             bar.addWidget(button)
 
     def refresh(self) -> None:
@@ -62,6 +64,8 @@ class Toolbox(QObject):
         self._fly.setChecked(self.flying.on)
         self._cross.setVisible(self.view.interactor is not None)
         self._cross.setChecked(self.cross.shown)
+        self._handles.setVisible(isinstance(self.view.interactor, CameraInteractor))
+        self._handles.setChecked(self.view.handles.shown)
         self._measure.setVisible(self.view.interactor is not None)
         self._measure.setChecked(bool(self.measuring.kind))
         self.view.area.update()
@@ -76,6 +80,10 @@ class Toolbox(QObject):
         """Show the cross-hair, or take it away."""
         self.cross.toggle()
         self.refresh()
+
+    def handles(self) -> None:
+        """Show the handles of what is selected, or none."""
+        self.view.handles.toggle()
 
     def distance(self) -> None:
         self._begin("distance")
@@ -136,9 +144,6 @@ class Toolbox(QObject):
             entry = self._entry(menu, "Orthographic\t5", self.view.switch_projection)
             entry.setCheckable(True)
             entry.setChecked(camera is not None and camera.orthographic)
-            entry = self._entry(menu, "Handles of the selection\tH", self.view.handles.toggle)
-            entry.setCheckable(True)
-            entry.setChecked(self.view.handles.shown)
             self._fill_cameras(menu)
 
     def _fill_cameras(self, menu: QMenu) -> None:

@@ -197,7 +197,9 @@ def test_h_hides_them_and_only_what_is_selected_has_some(view: ViewWidget, sessi
     assert [handle.place.target for handle in view.handles.found()] == ["box.crop", "cut.plane"], "not its own camera"
     QTest.keyClick(view, Qt.Key.Key_H)
     assert view.handles.found() == []
-    QTest.keyClick(view, Qt.Key.Key_H)
+    assert not view.toolbox._handles.isChecked()
+    view.toolbox._handles.click()
+    assert view.toolbox._handles.isChecked()
     assert len(view.handles.found()) == 2
     session.do(Remove(["box"]))
     assert [handle.place.target for handle in view.handles.found()] == ["cut.plane"]
