@@ -120,6 +120,12 @@ def survey(path: str | Path) -> Nature:
     return Nature(path, kind, volume.centre, volume.corners, components, low, high, threshold, ids)
 
 
+def label_ids(volume: Volume) -> tuple[int, ...]:
+    """The ids of a volume of labels: whole numbers that lie in patches. Nothing for any other. Reads the volume."""
+    whole = volume.dtype.kind in "iu" and volume.components == 1
+    return _label_ids(volume, _some_slices(volume)) if whole else ()
+
+
 # -- looking ------------------------------------------------------------------------------------------------------
 
 

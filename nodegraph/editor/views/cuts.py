@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 class CutInteractor(Interactor):
     """Scrolls the plane of a cut, shifts and zooms it, and sets its window."""
 
-    wheel_name = "scroll"
-
     def __init__(self, view: ViewWidget) -> None:
         super().__init__(view)
         self._plane = Plane()
@@ -32,6 +30,9 @@ class CutInteractor(Interactor):
         self._window = (0.0, 0.0)
         self._whole: tuple[float, float] | None = None
         self._asked: Any = None
+
+    def wheel_name(self, modifiers: Qt.KeyboardModifier) -> str:
+        return "zoom" if modifiers & Qt.KeyboardModifier.ControlModifier else "scroll"
 
     def plane(self) -> Plane | None:
         """The plane as the document has it."""
@@ -141,15 +142,18 @@ class CutInteractor(Interactor):
                 self.session.do(Set(self.subject.plane, turned if through is None else nav.through(turned, through)))
 
     def fit(self) -> None:
-        """Show all of the volume, and the plane through its middle."""
+        """Show all of the volume. A plane that does not meet it goes through its middle."""
         plane, volume = self.plane(), self.volume()
         if plane is None or volume is None:
             return
         self.end()
         corners = volume.corners
         middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-        # Only within the plane: who scrolled to a place stays there.
-        origin = middle + plane.unit_normal * float((plane.origin - middle) @ plane.unit_normal)
+        offs = (corners - plane.origin) @ plane.unit_normal
+        meets = float(offs.min()) <= 0.0 <= float(offs.max())
+        # Only within the plane, where it meets the volume: who scrolled to a place stays there.
+        away = plane.unit_normal * float((plane.origin - middle) @ plane.unit_normal) if meets else 0.0
+        origin = middle + away
         with self.session.gesture("fit"):
             self.session.do(Set(self.subject.plane, Plane(tuple(origin.tolist()), plane.normal)))
             if self.subject.height:

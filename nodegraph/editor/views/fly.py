@@ -29,7 +29,8 @@ WAYS = {
 """Where a key leads: right, up, forward, as the camera sees them."""
 TURN = 0.15
 """Degrees that the camera turns with a pixel of the mouse."""
-KEYS = ("W A S D, Q down, E up; the mouse looks", "Wheel: speed   Shift: faster   Esc: leave")
+KEYS = ("W A S D, Q down, E up; the mouse looks", "Wheel: speed   Shift: faster   Esc: leaves")
+"""What is said while one flies."""
 FASTER = 1.25
 SPRINT = 4.0
 TICK = 16
@@ -229,12 +230,7 @@ class Fly(Tool):
     def paint(self, painter: QPainter) -> None:
         if self.on:
             room = QRectF(self.view.area.rect())
-            speed = f"{self.speed:.3g} mm/s"
-            rows = [
-                f"Flying at {speed}",
-                "W A S D, Q down, E up, mouse looks",
-                "Wheel: speed   Shift: faster   Esc: land",
-            ]
+            rows = [f"Flying at {self.speed:.3g} mm/s", *KEYS]
             plate(painter, QPointF(0.0, room.bottom()), rows, room.adjusted(6, 6, -6, -6), MARK)
 
 

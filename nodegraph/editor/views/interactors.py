@@ -87,7 +87,7 @@ class Interactor(QObject):
         if self._drag or not steps or not self.take("wheel"):
             return
         if not self._wheeling:
-            self.session.begin(self.wheel_name)
+            self.session.begin(self.wheel_name(event.modifiers()))
             self._wheeling = True
         self._idle.start()
         self.roll_wheel(steps, _point(event.position()), event.modifiers())
@@ -113,7 +113,9 @@ class Interactor(QObject):
         self._drag, self._wheeling = "", False
         self._idle.stop()
 
-    wheel_name = "zoom"
+    def wheel_name(self, modifiers: Qt.KeyboardModifier) -> str:
+        """What notches of the wheel do."""
+        return "zoom"
 
     @abstractmethod
     def sight(self) -> Sight | None:

@@ -26,10 +26,9 @@ def line(
     painter.setBrush(Qt.BrushStyle.NoBrush)
     ink = QColor(color)
     if faint:
-        ink.setAlphaF(0.55)
-    else:
-        painter.setPen(QPen(SEAM, 3.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap, Qt.PenJoinStyle.RoundJoin))
-        draw(shape)
+        ink.setAlphaF(0.7)
+    painter.setPen(QPen(SEAM, 3.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap, Qt.PenJoinStyle.RoundJoin))
+    draw(shape)
     style = Qt.PenStyle.DashLine if faint else Qt.PenStyle.SolidLine
     painter.setPen(QPen(ink, 1.3, style, Qt.PenCapStyle.FlatCap, Qt.PenJoinStyle.RoundJoin))
     draw(shape)

@@ -256,6 +256,11 @@ def area_text(size: float) -> str:
     return f"{size * 1e6:.4g} µm²" if 0.0 < size < 0.01 else f"{_number(size)} mm²"
 
 
+def volume_text(size: float) -> str:
+    """A volume with its unit."""
+    return f"{size * 1e9:.4g} µm³" if 0.0 < size < 0.001 else f"{_number(size)} mm³"
+
+
 def value_text(measure: Measure) -> str:
     """The value of a measure with its unit."""
     points = measure.array

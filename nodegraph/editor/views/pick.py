@@ -37,10 +37,10 @@ class Pick:
     read: Callable[[], float | None] | None = None
     unit: str = ""
 
-    def text(self, value: float | None = None) -> str:
-        """One line."""
-        parts = []
-        if value is not None:
+    def text(self, value: float | None = None, label: str = "") -> str:
+        """One line. label: what the value means, where it is more than a number."""
+        parts = [label] if label else []
+        if value is not None and not label:
             parts.append(f"value {value:.6g} {self.unit}".rstrip())
         if self.id is not None:
             parts.append(f"id {self.id}")

@@ -58,4 +58,4 @@ class Readout(QObject):
 
     def _take(self, number: int, found: Pick, value: float | None) -> None:
         if number == self._asked and self._found is found and value is not None:
-            self.line.setText(found.text(value))
+            self.line.setText(found.text(value, self.view.toolbox.labels.text(value)))

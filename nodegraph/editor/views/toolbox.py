@@ -16,6 +16,7 @@ from nodegraph.editor.views.cuts import CutInteractor
 from nodegraph.editor.views.fly import Fly
 from nodegraph.editor.views.icons import IconButton, icon
 from nodegraph.editor.views.interactors import CameraInteractor
+from nodegraph.editor.views.labels import LabelPick
 from nodegraph.editor.views.measures import REGIONS
 from nodegraph.editor.views.measuring import Measuring
 from nodegraph.editor.views.navigation import AXES
@@ -42,7 +43,8 @@ class Toolbox(QObject):
         self.flying = Fly(view)
         self.measuring = Measuring(view)
         self.cross = CrossHair(view)
-        view.tools = [self.flying, self.measuring, *view.tools, self.cross]
+        self.labels = LabelPick(view)
+        view.tools = [self.flying, self.measuring, *view.tools, self.cross, self.labels]
         self.look, self.look_menu = self._menu_button("axes", "Look along an axis", self._fill_look)
         self._measure, _ = self._menu_button("measure", "Measure", self._fill_measures)
         self._measure.setCheckable(True)

@@ -49,7 +49,7 @@ class Tool(QObject):
         return False
 
     def click(self, event: QMouseEvent) -> bool:
-        """A button went up where it went down; whoever took the press hears of it after the release."""
+        """A button went up where it went down, and nobody had taken it."""
         return False
 
     def double_click(self, event: QMouseEvent) -> bool:

@@ -154,6 +154,8 @@ class ViewWidget(QWidget):
         if image is None:
             return
         self._newest += 1
+        if self.shown is not None and self.shown.image is image:
+            return  # something was changed that this view does not depend on
         number, background = self._newest, linear(QColor(VIEWPORT))
         self.session.work(
             lambda: shown(image, background), lambda made: self._take(number, made, facts) if made else None
@@ -326,6 +328,7 @@ class ViewWidget(QWidget):
         inside = mouse_inside(event, self, self.area)
         pressed, self._pressed = self._pressed, None
         if self._taker is not None:
+            pressed = None
             self._taker.release(inside)
             if not event.buttons():
                 self._taker = None

@@ -283,6 +283,9 @@ def test_a_cut_is_shifted_zoomed_and_fitted(section, session, until) -> None:
     assert session.network.get("cut.plane").origin == pytest.approx((5.5, 9.0, 0.0))
     QTest.keyClick(section, Qt.Key.Key_1)
     assert session.network.get("cut.plane").normal == (0.0, -1.0, 0.0)
+    session.do(Set("cut.plane", Plane((0, 0, 500), (0, 0, 1))))
+    QTest.keyClick(section, Qt.Key.Key_F)
+    assert session.network.get("cut.plane").origin == pytest.approx((5.5, 9.0, 10.5))
 
 
 def test_a_cut_tells_value_and_place(section, session, until) -> None:

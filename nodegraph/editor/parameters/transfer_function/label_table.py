@@ -29,6 +29,7 @@ from nodegraph.editor.parameters.look import ROW_HEIGHT, caption, icon, ink
 from nodegraph.editor.parameters.numbers import short, typed
 from nodegraph.editor.parameters.transfer_function import labels
 from nodegraph.editor.parameters.transfer_function.labels import Label
+from nodegraph.editor.views.labels import Found, LabelSelection
 from nodegraph.errors import GraphError
 from nodegraph.params import Choice
 
@@ -87,6 +88,10 @@ class LabelTable(QWidget):
             one.clicked.connect(act)
             line.addWidget(one)
         line.addStretch(1)
+        self.table.itemSelectionChanged.connect(self._choose)
+        self.chosen = LabelSelection.of(place.session) if place is not None else None
+        if self.chosen is not None:
+            self.chosen.changed.connect(self._mark)
         self.note = caption("Values between voxels are interpolated here: rims show the colours of other labels.")
         self.note.setWordWrap(True)
         self.nearest = QPushButton("Take the nearest")
@@ -212,6 +217,23 @@ class LabelTable(QWidget):
         """Let the node take the nearest voxel's value instead of interpolating."""
         if self.place is not None:
             self.place.session.do(Set(f"{self.place.path}.interpolation", "nearest"))
+
+    def _mark(self) -> None:
+        """Choose the row of the label that was picked in a view."""
+        label = self.chosen.label if self.chosen is not None else None
+        row = next((row for row, one in enumerate(self.labels) if label is not None and one.id == label.id), -1)
+        if row >= 0 and self._rows() != {row}:
+            self.table.selectRow(row)
+            self.table.scrollTo(self.table.model().index(row, ID))
+
+    def _choose(self) -> None:
+        """Mark the label of the one row that is chosen in the views."""
+        rows = self._rows()
+        if self.chosen is not None and len(rows) == 1 and not self._filling:
+            label = self.labels[min(rows)]
+            before = self.chosen.label
+            if label.id != 0 and (before is None or before.id != label.id):
+                self.chosen.select(Found(label.id, label.name))
 
     def toggle(self, rows: Iterable[int]) -> None:
         """Hide what is seen, and show what is hidden; several rows follow the first."""
