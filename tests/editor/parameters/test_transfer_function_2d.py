@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 
 from nodegraph.data import Gaussian, TransferFunction2D, Trapezoid, Volume
 from nodegraph.data.space import centred
+from nodegraph.editor.parameters.transfer_function import menus
 from nodegraph.editor.parameters.transfer_function.histogram import voxels
 from nodegraph.editor.parameters.transfer_function_2d import areas, joint
 from tests.support import raycast_twin
@@ -192,17 +193,16 @@ def test_arrow_keys_choose_move_and_widen(field: Any, session: Any, qtbot: Any) 
     canvas.setFocus()
     qtbot.keyClick(canvas, Qt.Key.Key_Right)
     assert canvas.selected == 0
-    qtbot.keyClick(canvas, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
+    qtbot.keyClick(canvas, Qt.Key.Key_PageDown)
     assert canvas.selected == 1
-    qtbot.keyClick(canvas, Qt.Key.Key_Left, Qt.KeyboardModifier.ControlModifier)
-    for _ in range(3):
-        qtbot.keyClick(canvas, Qt.Key.Key_Right)
+    qtbot.keyClick(canvas, Qt.Key.Key_PageUp)
+    qtbot.keyClick(canvas, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
     qtbot.keyClick(canvas, Qt.Key.Key_Up)
     qtbot.keyClick(canvas, Qt.Key.Key_Right, Qt.KeyboardModifier.AltModifier)
     field.settle()
     wide, high = canvas.plot.pixel()
     area = value(session).areas[0]
-    assert area.bottom == pytest.approx((100.0 + 3 * wide, 400.0 + 4 * wide))
+    assert area.bottom == pytest.approx((100.0 + 10 * wide, 400.0 + 11 * wide))
     assert area.gradients == pytest.approx((high, 40.0 + high))
     session.undo()
     assert value(session) == FUNCTION, "steps that follow each other are undone together"
@@ -236,6 +236,9 @@ def test_numbers_and_colour_of_the_selected_area(field: Any, row: Any, session: 
     assert field.pairs[0][0].text() == "Centre"
     type_into(qtbot, field.pairs[1][2], "7")
     assert value(session).areas[1].sigma == (60.0, 7.0)
+    canvas.setFocus()
+    qtbot.keyClick(canvas, Qt.Key.Key_C)
+    field.picker.close()
     qtbot.mouseDClick(canvas, LEFT, pos=at(canvas, 600.0, 60.0))
     type_into(qtbot, field.picker.hex, "#ffffff")
     assert value(session).areas[1].color == (1.0, 1.0, 1.0)
@@ -244,7 +247,7 @@ def test_numbers_and_colour_of_the_selected_area(field: Any, row: Any, session: 
 
 def test_a_trapezoid_is_made_a_rectangle_by_its_menu(field: Any, session: Any) -> None:
     field.canvas.select(0)
-    assert [action.text() for action in field.canvas.menu().actions()] == ["Colour …", "Delete"]
+    assert [action.text() for action in field.canvas.menu().actions()] == ["Colour …\tC", "Delete\tDel"]
     field.canvas.put(BOX._replace(top=(200.0, 500.0)))
     menu = field.canvas.menu()
     next(action for action in menu.actions() if action.text() == "Make it a rectangle").trigger()
@@ -304,6 +307,15 @@ def test_odd_volumes_are_counted() -> None:
     low, high, top = joint.count(Volume(np.zeros((3, 3, 3), "f4"))).usual()
     assert low < high
     assert top > 0.0
+
+
+def test_the_histogram_has_two_scales_and_its_menu(field: Any) -> None:
+    menu = menus.histogram(field)
+    pictures = [field.canvas.grab().toImage()]
+    next(action for action in menu.actions() if action.text() == "Counts linear").trigger()
+    pictures.append(field.canvas.grab().toImage())
+    assert pictures[0] != pictures[1]
+    assert not next(action for action in menu.actions() if action.text() == "Of the crop alone").isEnabled()
 
 
 def test_the_histogram_follows_the_wires(field: Any, session: Any, qtbot: Any) -> None:

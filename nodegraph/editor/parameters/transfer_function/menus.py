@@ -1,4 +1,4 @@
-"""The menus behind the buttons of the transfer-function editor. Each deletes itself when it closes."""
+"""The menus behind the buttons of the transfer-function editors. Each deletes itself when it closes."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMenu
+from PySide6.QtWidgets import QMenu, QWidget
 
 from nodegraph.editor.parameters.transfer_function.axes import SCALES
 from nodegraph.editor.parameters.transfer_function.canvas import ZOOM
 
 if TYPE_CHECKING:
     from nodegraph.editor.parameters.transfer_function.field import TransferFunctionField
+    from nodegraph.editor.parameters.transfer_function_2d.field import TransferFunction2DField
 
 
 def tools(field: TransferFunctionField) -> QMenu:
@@ -44,7 +45,7 @@ def scale(field: TransferFunctionField) -> QMenu:
     return menu
 
 
-def histogram(field: TransferFunctionField) -> QMenu:
+def histogram(field: TransferFunctionField | TransferFunction2DField) -> QMenu:
     """The scale of the histogram, and of what it is."""
     menu, canvas, source = _menu(field), field.canvas, field.source
     for name in ("logarithmic", "linear"):
@@ -61,7 +62,7 @@ def histogram(field: TransferFunctionField) -> QMenu:
     return menu
 
 
-def _menu(field: TransferFunctionField) -> QMenu:
+def _menu(field: QWidget) -> QMenu:
     menu = QMenu(field)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     return menu

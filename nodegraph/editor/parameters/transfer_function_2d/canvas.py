@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QSize, Qt, Signal
@@ -228,11 +230,10 @@ class Canvas(QWidget):
         area = self.area
         if area is None:
             return menu
-        at = self.mapToGlobal(self.plot.at(next(iter(areas.handles(area).values()))).toPoint())
-        menu.addAction("Colour …", lambda: self.color_wanted.emit(at))
+        menu.addAction("Colour …\tC", self.ask_color)
         if isinstance(area, Trapezoid) and area.bottom != area.top:
             menu.addAction("Make it a rectangle", lambda: self.put(areas.straightened(area)))
-        menu.addAction("Delete", self.delete)
+        menu.addAction("Delete\tDel", self.delete)
         return menu
 
     def _read(self, at: QPointF) -> None:
@@ -290,33 +291,56 @@ class Canvas(QWidget):
     # -- the keyboard -------------------------------------------------------------------------------------------
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        key, place = event.key(), self.selected
-        control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
-        sideways = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(Qt.Key(key), 0)
-        upwards = {Qt.Key.Key_Down: -1, Qt.Key.Key_Up: 1}.get(Qt.Key(key), 0)
+        key, control = Qt.Key(event.key()), bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+        sideways = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(key, 0)
+        upwards = {Qt.Key.Key_Down: -1, Qt.Key.Key_Up: 1}.get(key, 0)
+        plain: dict[Qt.Key, Callable[[], None]] = {
+            Qt.Key.Key_Delete: self.delete,
+            Qt.Key.Key_Backspace: self.delete,
+            Qt.Key.Key_PageDown: partial(self.step_choice, 1),
+            Qt.Key.Key_PageUp: partial(self.step_choice, -1),
+            Qt.Key.Key_Home: self.fit,
+            Qt.Key.Key_Plus: partial(self.zoom, ZOOM),
+            Qt.Key.Key_Minus: partial(self.zoom, 1.0 / ZOOM),
+            Qt.Key.Key_R: self.add_rectangle,
+            Qt.Key.Key_G: self.add_gaussian,
+            Qt.Key.Key_C: self.ask_color,
+        }
         if key == Qt.Key.Key_Escape and self._held is not None:
             self._held = None
             self.cancelled.emit()
-        elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace) and place is not None:
-            self.delete()
-        elif sideways and (control or place is None) and self.function.areas:
-            last = len(self.function.areas) - 1
-            self.select(min(last, max(0, place + sideways)) if place is not None else 0 if sideways > 0 else last)
-        elif (sideways or upwards) and place is not None:
-            self._nudge(place, sideways, upwards, event.modifiers())
-        elif key == Qt.Key.Key_R and not control:
-            self.add_rectangle()
-        elif key == Qt.Key.Key_G and not control:
-            self.add_gaussian()
-        elif key == Qt.Key.Key_Home:
-            self.fit()
+        elif (sideways or upwards) and self.selected is not None:
+            self._nudge(self.selected, sideways, upwards, event.modifiers())
+        elif sideways:
+            self.step_choice(sideways)
+        elif key in plain and not control:
+            plain[key]()
         else:
             super().keyPressEvent(event)
+
+    def step_choice(self, by: int) -> None:
+        """Select the next area or the one before; from none, the first or the last."""
+        if self.function.areas:
+            count = len(self.function.areas)
+            self.select((0 if by > 0 else count - 1) if self.selected is None else (self.selected + by) % count)
+
+    def ask_color(self) -> None:
+        """Ask for the picker of the selected area's colour."""
+        if self.area is not None:
+            corner = self.plot.at(next(iter(areas.handles(self.area).values())))
+            self.color_wanted.emit(self.mapToGlobal(corner.toPoint()))
+
+    def zoom(self, factor: float) -> None:
+        """Show ``1 / factor`` of the values and of the magnitudes."""
+        value, _ = self._middle()
+        self.plot.values.zoom(factor, value)
+        self.plot.gradients.show(self.plot.gradients.low, self.plot.gradients.low + self.plot.gradients.span / factor)
+        self.update()
 
     def _nudge(self, place: int, sideways: int, upwards: int, modifiers: Qt.KeyboardModifier) -> None:
         """Move the selected area by a pixel; with Alt its right or upper side."""
         area, (wide, high) = self.function.areas[place], self.plot.pixel()
-        size = pace(modifiers & ~Qt.KeyboardModifier.ControlModifier)
+        size = pace(modifiers)
         across, along = sideways * wide * size, upwards * high * size
         if modifiers & Qt.KeyboardModifier.AltModifier:
             handle = "right" if sideways else "top"

@@ -7,15 +7,16 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QEvent, QPoint
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from nodegraph.data import Gaussian, TransferFunction2D, Trapezoid
 from nodegraph.data.transfer_function_2d import Area
 from nodegraph.editor.parameters.color import ColorPicker, Swatch, to_qcolor
 from nodegraph.editor.parameters.field import Field, is_shortcut
-from nodegraph.editor.parameters.look import GAP, caption, icon, ink
+from nodegraph.editor.parameters.look import GAP, caption
 from nodegraph.editor.parameters.numbers import NumberEntry, stepped
-from nodegraph.editor.parameters.simple import Options
+from nodegraph.editor.parameters.transfer_function import menus
 from nodegraph.editor.parameters.transfer_function.chosen import button
 from nodegraph.editor.parameters.transfer_function.histogram import HistogramOf
 from nodegraph.editor.parameters.transfer_function_2d import areas
@@ -54,7 +55,6 @@ class TransferFunction2DField(Field):
         super().__init__(declaration, place, parent)
         self.function: TransferFunction2D = declaration.default or TransferFunction2D()
         self.canvas = Canvas()
-        self.histogram_scale = Options()
         self.pairs = [(caption(told), NumberEntry(), NumberEntry()) for told, _ in _PAIRS[Trapezoid]]
         self.opacity, self.softness, self.length = NumberEntry(), NumberEntry(), NumberEntry("mm")
         self.soft = caption("Softness")
@@ -70,19 +70,12 @@ class TransferFunction2DField(Field):
         self.show_value(self.function)
 
     def _arrange(self) -> None:
-        self.rectangle = button("rectangle", "Add a rectangle (R)")
+        self.rectangle = button("rectangle", "Add a rectangle (R, or double-click)")
         self.gaussian = button("gaussian", "Add a Gaussian (G)")
         self.fit = button("fit", "Show all areas and the usual values of the data (Home)")
         self.delete = button("bin", "Delete the selected area (Del)")
-        for scale in ("logarithmic", "linear"):
-            self.histogram_scale.addItem(scale, scale)
-        self.histogram_scale.setToolTip("Scale of the histogram")
-        self.histogram_scale.setAccessibleName("Scale of the histogram")
-        self.histogram_scale.setFixedWidth(104)
-        mark = QLabel()
-        mark.setPixmap(icon("histogram", ink(self.palette(), 0.7)).pixmap(16, 16))
-        mark.setToolTip("Scale of the histogram")
-        top = _line(4, self.rectangle, self.gaussian, self.fit, None, mark, self.histogram_scale)
+        self.histogram = button("histogram", "The histogram")
+        top = _line(4, self.rectangle, self.gaussian, self.fit, None, self.histogram)
         grid = QGridLayout()
         grid.setSpacing(4)
         grid.setColumnStretch(1, 1)
@@ -90,21 +83,24 @@ class TransferFunction2DField(Field):
         for row, widgets in enumerate(self.pairs):
             for column, widget in enumerate(widgets):
                 grid.addWidget(widget, row, column)
-                # Nothing moves when another kind of area is selected.
-                policy = widget.sizePolicy()
-                policy.setRetainSizeWhenHidden(True)
-                widget.setSizePolicy(policy)
+        for widget in (*(widget for widgets in self.pairs for widget in widgets), self.soft, self.softness):
+            # Nothing moves when another kind of area is selected.
+            policy = widget.sizePolicy()
+            policy.setRetainSizeWhenHidden(True)
+            widget.setSizePolicy(policy)
         widest = self.pairs[0][0]
         widest.setMinimumWidth(widest.sizeHint().width())
         self.opacity.setAccessibleName("Opacity of the selected area")
         self.softness.setAccessibleName("Softness of the selected area")
         self.softness.setToolTip("The share of half the width and height over which the edges fade.")
         self.swatch.setFixedWidth(40)
-        matter = _line(4, caption("Opacity"), self.opacity, self.soft, self.softness, self.swatch, self.delete)
-        self.length.setFixedWidth(92)
+        self.length.setFixedWidth(84)
         self.length.setAccessibleName("Reference length")
         self.length.setToolTip("An opacity is what this length of the material hides.")
-        last = _line(GAP, caption("Opacity is what is hidden by"), None, self.length)
+        per = caption("Opacity per")
+        per.setToolTip(self.length.toolTip())
+        matter = _line(4, caption("Opacity"), self.opacity, self.soft, self.softness)
+        last = _line(GAP, self.swatch, self.delete, None, per, self.length)
         outer = QVBoxLayout(self)
         outer.setContentsMargins(0, 0, 0, 0)
         outer.setSpacing(4)
@@ -128,8 +124,8 @@ class TransferFunction2DField(Field):
         self.gaussian.clicked.connect(canvas.add_gaussian)
         self.fit.clicked.connect(canvas.fit)
         self.delete.clicked.connect(canvas.delete)
-        self.histogram_scale.activated.connect(
-            lambda index: canvas.set_histogram_scale(self.histogram_scale.itemData(index))
+        self.histogram.clicked.connect(
+            lambda: menus.histogram(self).popup(self.histogram.mapToGlobal(QPoint(0, self.histogram.height() + 2)))
         )
         self.swatch.clicked.connect(
             lambda: self.pick_color(self.swatch.mapToGlobal(QPoint(0, self.swatch.height() + 2)))
@@ -243,6 +239,11 @@ class TransferFunction2DField(Field):
             return
         if function is not None:
             (self.step_to if step else self.edited.emit)(function)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self.source is not None:
+            self.source.resume()
 
     def leave(self) -> None:
         super().leave()
