@@ -221,13 +221,15 @@ class Handles(Tool):
         for handle in handles:
             lit = self._lit[1] if self._lit is not None and self._lit[0] == handle.place.target else ""
             paint_lines(painter, lens, handle.shape.lines(lens), lit, hides)
-            grips = [] if handle.locked else handle.shape.grips(lens)
-            for grip in sorted(grips, key=lambda grip: -lens.depth(grip.at)):
-                place = lens.place(grip.at)
-                if place is not None:
-                    hidden = bool(hides(np.array(place), np.array(lens.depth(grip.at))))
-                    paint_grip(painter, QPointF(*place), grip, grip.name == lit, hidden)
-            place = lens.place(handle.shape.grip(lens, lit).at) if lit and not handle.locked else None
+            if handle.locked:
+                continue
+            grips = handle.shape.grips(lens)
+            places, depths = lens.places(np.array([grip.at for grip in grips]))
+            hidden = hides(places, depths)
+            for i in np.argsort(-depths):
+                if depths[i] >= lens.near:
+                    paint_grip(painter, QPointF(*places[i]), grips[i], grips[i].name == lit, bool(hidden[i]))
+            place = lens.place(handle.shape.grip(lens, lit).at) if lit else None
             if place is not None:
                 text = f"{name_text(handle.place.name)}: {handle.shape.says(lit)}"
                 paint_label(painter, QPointF(*place), text, QRectF(self.view.area.rect()))

@@ -9,8 +9,9 @@ from __future__ import annotations
 import itertools
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ ARROW = 64.0
 INSIDE = 12.0
 """A grip is put so many pixels inside of the picture, where its place can be chosen."""
 STEPS = (np.arange(15) + 0.5) / 15
-LATTICE = np.array([[0.5, 0.5], *itertools.product(STEPS, STEPS)])
+LATTICE = np.array([*itertools.product(STEPS, STEPS)])
 """Places of a face, 0..1, where its grip may be."""
 THINNEST = 1e-3
 """Least thickness of a box that a drag leaves, in sides of the whole."""
@@ -89,6 +90,10 @@ class BoxShape(Shape):
         self.whole = tuple(np.asarray(corner, np.float64) for corner in whole)
         self.unit = unit
         self.bounded = bounded
+        places = np.full((3, 2, 3), 0.5)
+        for axis in range(3):
+            places[axis, :, axis] = (0.0, 1.0)
+        self.faces = self._world(self.low + places * (self.high - self.low))  # middles: [axis, side]
 
     def lines(self, lens: Lens) -> list[Line]:
         away = {(axis, side): self._faces_away(lens, axis, side) for axis in range(3) for side in (0, 1)}
@@ -106,7 +111,7 @@ class BoxShape(Shape):
 
     def grips(self, lens: Lens) -> list[Grip]:
         faces = [
-            Grip(f"{end} {AXES[axis]}", in_picture(lens, self._lattice(axis, side)))
+            Grip(f"{end} {AXES[axis]}", in_picture(lens, self.faces[axis][side], partial(self._lattice, axis, side)))
             for axis in range(3)
             for side, end in enumerate(("low", "high"))
         ]
@@ -144,7 +149,7 @@ class BoxShape(Shape):
         return transform_points(self.to_world, points)
 
     def _lattice(self, axis: int, side: int) -> Vector:
-        """Points (n, 3) of a face, world mm; the first is its middle."""
+        """Points (n, 3) of a face, world mm."""
         fractions = np.full((len(LATTICE), 3), float(side))
         fractions[:, [other for other in range(3) if other != axis]] = LATTICE
         return self._world(self.low + fractions * (self.high - self.low))
@@ -153,29 +158,32 @@ class BoxShape(Shape):
         a, b = (self.to_world[:3, other] for other in range(3) if other != axis)
         normal = np.cross(a, b)
         out = (1.0 if side else -1.0) * float(np.sign(normal @ self.to_world[:3, axis]))
-        return bool(out * float(normal @ lens.towards(self._lattice(axis, side)[0])) > 0.0)
+        return bool(out * float(normal @ lens.towards(self.faces[axis][side])) > 0.0)
 
 
 def _box(low: Vector, high: Vector) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return numbers(low), numbers(high)
 
 
-def in_picture(lens: Lens, points: Vector) -> Vector:
-    """The first of some points (n, 3) where it is in the picture, else the nearest to it that is, else the first."""
-    places, depths = lens.places(points)
-    room = np.minimum(places, lens.size - places).min(axis=1)
-    there = (depths > lens.near) & (room > INSIDE)
-    if there[0] or not there.any():
-        first: Vector = points[0]
-        return first
-    far = np.where(there, np.linalg.norm(points - points[0], axis=1), np.inf)
-    nearest: Vector = points[int(far.argmin())]
-    return nearest
-
-
 def numbers(values: Sequence[float] | Vector, digits: int = 6) -> tuple[float, ...]:
     """Numbers with no more digits than a hand can set."""
     return tuple(float(f"{float(value):.{digits}g}") for value in values)
+
+
+def in_picture(lens: Lens, first: Vector, others: Callable[[], Vector]) -> Vector:
+    """A point where it is in the picture, else the nearest to it of some others (n, 3) that is, else the first."""
+    if _inside(lens, first):
+        return first
+    points = others()
+    far = np.where(_inside(lens, points), np.linalg.norm(points - first, axis=1), np.inf)
+    nearest: Vector = points[int(far.argmin())] if np.isfinite(far).any() else first
+    return nearest
+
+
+def _inside(lens: Lens, points: Vector) -> Any:
+    """Which of some points (..., 3) are seen well inside of the picture."""
+    places, depths = lens.places(points)
+    return (depths > lens.near) & (np.minimum(places, lens.size - places).min(axis=-1) > INSIDE)
 
 
 class PlaneShape(Shape):
@@ -228,8 +236,12 @@ class PlaneShape(Shape):
         """Where the arrow stands: at the origin, or at a place of the cut that is in the picture."""
         if not len(self.outline):
             return self.origin
-        fan = self.middle + (self.outline[:, None] - self.middle) * np.linspace(0.0, 1.0, 7)[1:, None]
-        return in_picture(lens, np.concatenate([[self.origin, self.middle], fan.reshape(-1, 3)]))
+        return in_picture(lens, self.origin, self._fan)
+
+    def _fan(self) -> Vector:
+        """Points (n, 3) all over the cut."""
+        fan: Vector = self.middle + (self.outline[:, None] - self.middle) * np.linspace(0.0, 1.0, 7)[:, None]
+        return fan.reshape(-1, 3)
 
     def _arrow(self, lens: Lens) -> Vector:
         arrow: Vector = self.normal * ARROW * lens.pixel(max(lens.depth(self._anchor(lens)), lens.near))
