@@ -31,8 +31,9 @@ from nodegraph.errors import DeviceError, DeviceMissing
 PACKAGES = "apt install pocl-opencl-icd, or pip install pocl-binary-distribution"
 LINKER = "PoCL needs the program ld to build kernels; get it with apt install binutils"
 EMPTY_LIBRARIES = Path(__file__).with_name("empty_libraries")
-GROUP = 64
-"""Work items of a group, along x. One fixed shape: PoCL compiles a kernel anew for every shape of group."""
+GROUP = 16
+"""Work items of a group, along x. One fixed shape: PoCL compiles a kernel anew for every shape of group. Its threads
+take 32 groups at a time, so the end of a strip waits for at most 32 * GROUP items: 64 were 5 to 40 % slower."""
 
 # How drivers write a place: clang "a.glsl:3:7: error: ...", PoCL "error: a.glsl:3:7: ...".
 _ERRORS = (
