@@ -10,7 +10,7 @@ from nodegraph.errors import CommandError
 if TYPE_CHECKING:
     from nodegraph.engine import Engine
     from nodegraph.network import Network
-    from nodegraph.report import Event, Report
+    from nodegraph.report import Event, Observer, Report
 
 Show = Callable[[str, float | None], None]
 """Told what is done now and, where it is known, which part of it (0..1) is done."""
@@ -42,24 +42,35 @@ def run_view(
             )
             show(text, event.fraction if event.kind == "progress" else None)
 
-    if cancelled is None:
-        report = engine.evaluate(network, view, size=size, on_event=observe)
-    else:
-        evaluation = engine.submit(network, view, size=size, on_event=observe)
-        try:
-            while not evaluation.done():
-                if cancelled():
-                    evaluation.cancel()
-                try:
-                    evaluation.result(POLL_SECONDS)
-                except TimeoutError:
-                    continue
-        except KeyboardInterrupt:
-            evaluation.cancel()
-            raise
-        report = evaluation.result()
+    report = evaluated(engine, network, view, size, observe, cancelled)
     report.raise_first()
     return report
+
+
+def evaluated(
+    engine: Engine,
+    network: Network,
+    view: str,
+    size: tuple[int, int] | None,
+    on_event: Observer | None,
+    cancelled: Cancelled | None,
+) -> Report:
+    """The report of one view, with the errors of nodes in it. Raises Cancelled, CommandError, DeviceError."""
+    if cancelled is None:
+        return engine.evaluate(network, view, size=size, on_event=on_event)
+    evaluation = engine.submit(network, view, size=size, on_event=on_event)
+    try:
+        while not evaluation.done():
+            if cancelled():
+                evaluation.cancel()
+            try:
+                evaluation.result(POLL_SECONDS)
+            except TimeoutError:
+                continue
+    except KeyboardInterrupt:
+        evaluation.cancel()
+        raise
+    return evaluation.result()
 
 
 def shown_value(report: Report, view: str) -> Any:

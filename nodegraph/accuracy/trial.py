@@ -6,7 +6,8 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from nodegraph.accuracy.running import shown_value
+from nodegraph.accuracy.running import Cancelled as Stop
+from nodegraph.accuracy.running import evaluated, shown_value
 from nodegraph.cache import blocks, each_buffer
 from nodegraph.errors import Cancelled, GraphError
 
@@ -22,7 +23,7 @@ class Trial:
     Before each run the results of the ``timed`` nodes are forgotten, so these nodes run; what is above them, and what
     their memos made, stays in the cache of the engine. ``failure`` says why there is no result, if there is none.
     ``made``, shared by the trials of an engine, holds the seconds of memos by label: one that an earlier setting
-    made costs the next one as much.
+    made costs the next one as much. ``stop`` is asked while it runs, and ends it with Cancelled.
     """
 
     def __init__(
@@ -35,6 +36,7 @@ class Trial:
         engine: Engine,
         timed: Sequence[str],
         made: dict[str, float] | None = None,
+        stop: Stop | None = None,
     ) -> None:
         self.network = network
         self.view = view
@@ -44,6 +46,7 @@ class Trial:
         self.engine = engine
         self.timed = frozenset(timed)
         self.made = made if made is not None else {}
+        self.stop = stop
         self.failure = ""
         self.notes: tuple[str, ...] = ()
         self.seconds: list[float] = []
@@ -96,7 +99,7 @@ class Trial:
 
     def _evaluate(self, on_event: Any = None) -> Report | None:
         try:
-            report = self.engine.evaluate(self.network, [self.view], size=self.size, on_event=on_event)
+            report = evaluated(self.engine, self.network, self.view, self.size, on_event, self.stop)
         except Cancelled:
             raise
         except GraphError as error:

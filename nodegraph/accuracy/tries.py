@@ -129,7 +129,8 @@ class Tries:
         if mark in self._runs:
             return mark, *self._runs[mark]
         expected = self.reference(camera)
-        trial = Trial(network, self.view, self.size, settings, "", self.engine, self._timed(network, planned))
+        timed = self._timed(network, planned)
+        trial = Trial(network, self.view, self.size, settings, "", self.engine, timed, stop=self.stop)
         value = trial.first()
         found: dict[str, float] = {}
         if not trial.failure:

@@ -54,7 +54,7 @@ class Tuned:
     met:      whether everything that was asked for is kept, on the cameras of the search and on the others.
     tried:    every setting that was tried, the front marked.
     figure:   what is meant by the error. left_out: parameters of quality that could not be set, and why.
-    rounds:   how often the search began anew with less of the error to spend.
+    rounds:   how often the search began anew with less of the error to spend. ended: it ran out of time.
     """
 
     settings: Settings
@@ -72,6 +72,7 @@ class Tuned:
     left_out: dict[str, str]
     notes: tuple[str, ...] = ()
     rounds: int = 1
+    ended: bool = False
 
     @property
     def error(self) -> float:
@@ -215,7 +216,7 @@ class _Search:
         changed = changes(self.network, self.view, best.settings)
         return Tuned(
             changed, best, before, trial, met, self._with_front(), tries.figure, max_error, budget_ms,
-            self.size, self._device(), tries.units, left_out, self._notes(), rounds,
+            self.size, self._device(), tries.units, left_out, self._notes(), rounds, self.ended,
         )  # fmt: skip
 
     def _scout(self, repeats: int) -> list[Settings]:
@@ -257,6 +258,7 @@ class _Search:
             def rank(settings: Settings, part: float = part) -> Rank:
                 return self._rank(settings, cameras, repeats, part)
 
+            self.tries.of(start, cameras, repeats)  # also when the time is up: these are what was found until then
             found = descend(start, shown, rank)
             score = rank(found)
             if best is None or is_better(score, best[0]):

@@ -23,6 +23,7 @@ AREAS: dict[Qt.DockWidgetArea, tuple[str, ...]] = {
         "links",
         "images",
         "compare",
+        "quality",
         "measures",
         "timeline",
         "console",

@@ -7,7 +7,7 @@ until it is final (`nodegraph.pacing`, docs/decisions/0010-quality.md).
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -21,7 +21,7 @@ from nodegraph.subjects import upstream
 if TYPE_CHECKING:
     from nodegraph.editor.session import Session
     from nodegraph.evaluation import Evaluation
-    from nodegraph.flat import Flat
+    from nodegraph.flat import Flat, FlatNode
 
 PATIENCE = 1.0  #: seconds that a picture of a drag may take before a newer change cancels it
 
@@ -60,7 +60,7 @@ class Channel:
         """The quality to begin with after a change; final where nothing of the picture changed, or listens to it."""
         made_of = _made_of(flat, self.sink)
         listens = any(
-            node.processor is not None and "quality" in node.processor.services for node in upstream(flat, self.sink)
+            node.processor is not None and "quality" in node.processor.services for node in _above(flat, self.sink)
         )
         if not listens or (made_of is not None and made_of == self.settled):
             return "final"
@@ -200,7 +200,13 @@ class Channels:
 
 def _made_of(flat: Flat, sink: str) -> object:
     """Differs whenever something that a sink depends on has changed; None where that is not known."""
-    return tuple((node.path, node.revision) for node in upstream(flat, sink)) or None
+    return tuple((node.path, node.revision) for node in _above(flat, sink)) or None
+
+
+def _above(flat: Flat, sink: str) -> Iterator[FlatNode]:
+    """The node of a sink, which may be one output of it, and everything that it needs."""
+    source = None if sink in flat.nodes else flat.source(sink)
+    return upstream(flat, source[0] if isinstance(source, tuple) else sink)
 
 
 def _seen(session: Session, sink: str, event: Event) -> dict[str, Any]:

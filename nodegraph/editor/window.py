@@ -34,6 +34,7 @@ from nodegraph.editor.offers import Beginning, is_workspace, name_filter
 from nodegraph.editor.palette import Palette
 from nodegraph.editor.parameters import ParameterPanel
 from nodegraph.editor.profile import Profile
+from nodegraph.editor.quality.panel import QualityPanel
 from nodegraph.editor.recovery import Autosave
 from nodegraph.editor.reloading import Reloader
 from nodegraph.editor.session import Session
@@ -88,6 +89,7 @@ class Window(QMainWindow):
         self.links.marked.connect(self.canvas.scene.arcs.mark)
         self.images = ImageBrowser(self.session)
         self.compare = CompareView(self.session)
+        self.quality = QualityPanel(self.session, self.settings)
         self.timeline = Timeline(self.session)
         self._add_dock("palette", "Processors", self.palette_panel)
         self._add_dock("parameters", "Parameters", self.parameters)
@@ -98,6 +100,7 @@ class Window(QMainWindow):
         self._add_dock("images", "Images", self.images)
         self._add_dock("compare", "Compare", self.compare)
         self._add_dock("measures", "Measures", MeasureList(self.session))
+        self._add_dock("quality", "Quality", self.quality)
         self._add_dock("timeline", "Timeline", self.timeline)
         self._add_dock("console", "Python", self.console)
         self.actions_by_name = actions.make(self)
@@ -229,8 +232,22 @@ class Window(QMainWindow):
 
     def show_help(self) -> None:
         """Bring the help to the front."""
-        self.docks["help"].show()
-        self.docks["help"].raise_()
+        self._raise("help")
+
+    def show_compare(self) -> None:
+        """Bring the comparison of views to the front."""
+        self._raise("compare")
+
+    def show_quality(self) -> None:
+        """Bring the errors and times of views to the front."""
+        self._raise("quality")
+
+    def _show_messages(self) -> None:
+        self._raise("messages")
+
+    def _raise(self, name: str) -> None:
+        self.docks[name].show()
+        self.docks[name].raise_()
 
     def show_welcome(self) -> None:
         """Show the page with examples and recent files; the document stays open behind it."""
@@ -302,10 +319,6 @@ class Window(QMainWindow):
     def _show_whole(self) -> None:
         self._show_canvas()
         QTimer.singleShot(0, self.canvas, self.canvas.fit_all)  # when the docks of its views have taken their room
-
-    def _show_messages(self) -> None:
-        self.docks["messages"].show()
-        self.docks["messages"].raise_()
 
     def _show_canvas(self) -> None:
         self.middle.setCurrentWidget(self.canvas)

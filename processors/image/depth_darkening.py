@@ -7,6 +7,7 @@ import numpy as np
 from nodegraph import Float, Input, Output, Processor
 from nodegraph.data import Image
 from nodegraph.ports import channels, has_depth
+from nodegraph.requests import coarseness
 
 
 class DepthDarkening(Processor):
@@ -30,7 +31,7 @@ class DepthDarkening(Processor):
     range = Float(40.0, min=1e-6, soft_max=200.0, unit="mm", doc="Difference in depth that darkens by the strength.")
     strength = Float(0.6, min=0.0, max=1.0, doc="The most that a pixel loses.")
 
-    def process(self, image, sigma, range, strength, *, device):
+    def process(self, image, sigma, range, strength, *, quality, device):
         pixels = sigma / 100.0 * image.size[1]
         depth = image.depth
         finite = depth[np.isfinite(depth)]
@@ -39,6 +40,7 @@ class DepthDarkening(Processor):
             "sigma": pixels,
             "radius": min(math.ceil(3.0 * pixels), max(image.size)),
             "reference": float(np.median(finite)) if finite.size else 0.0,
+            "stride": stride(pixels, coarseness(quality)),
         }
         rows = device.run("image/depth_darkening", image.size, defines={"PASS": 0}, **common)
         color = device.run(
@@ -52,3 +54,11 @@ class DepthDarkening(Processor):
             **common,
         )
         return image.with_color(color)
+
+
+def stride(sigma, n):
+    """Which of the pixels under a Gaussian of width ``sigma`` pixels count, every one or every so many-th.
+
+    About one n-th of them, but at least one for each sigma: there, its sums over a grid are still those over all.
+    """
+    return max(1, min(n, math.floor(sigma)))

@@ -8,9 +8,11 @@ import numpy as np
 from nodegraph import Camera, Choice, Float, Input, Int, Output, Processor
 from nodegraph.data import Image
 from nodegraph.ports import channels, has_depth
+from nodegraph.requests import coarseness
 
 METHODS = ("hemisphere", "sphere")
 SAMPLING = ("hashed", "every_pixel")
+MOST_SAMPLES = 4096
 
 
 class Occluded(NamedTuple):
@@ -56,14 +58,19 @@ class Ssao(Processor):
         doc="Some pixels of the surroundings, chosen by a hash of the pixel's place, or all of them.",
     )  # fmt: skip
     samples = Int(
-        64, min=2, max=4096, soft_max=256, quality="higher", visible_if={"sampling": "hashed"},
+        64, min=2, max=MOST_SAMPLES, soft_max=256, quality="higher", visible_if={"sampling": "hashed"},
         doc="Pixels looked at, in opposite pairs.",
     )  # fmt: skip
 
-    def process(self, image, camera, radius, thickness, strength, bleed, method, sampling, samples, *, device):
+    def process(self, image, camera, radius, thickness, strength, bleed, method, sampling, samples, *, quality, device):
         turns = samples
         if sampling == "every_pixel":
             turns = pixels_within(radius, camera, image)
+        n = coarseness(quality)
+        if n > 1:
+            # A coarse picture is a grainy one: fewer pixels are looked at, and no edge is blurred.
+            sampling, turns = "hashed", fewer(turns, n)
+            samples = turns
         result = device.run(
             "image/ssao",
             image.size,
@@ -80,6 +87,14 @@ class Ssao(Processor):
             samples=samples,
         )
         return Occluded(image.with_color(result.color), Image(result.occlusion))
+
+
+def fewer(looked_at, n):
+    """How many pixels to look at where about one n-th of the work is wanted: two opposite pairs at least.
+
+    Fewer save nothing that could be felt, beside what each pixel costs by itself.
+    """
+    return max(4, 2 * round(min(looked_at / n, MOST_SAMPLES) / 2))
 
 
 def pixels_within(radius, camera, image):

@@ -6,6 +6,12 @@
 
 uniform float sigma;        // pixels
 uniform int radius;         // pixels, where the Gaussian is cut off
+uniform int stride;         // of the pixels under it every one counts, or every so many-th
+
+// The first offset that counts where ``room`` pixels lie before this one.
+int first(int room) {
+    return -(min(radius, room) / stride) * stride;
+}
 
 float weight(int offset) {
     float x = float(offset) / sigma;
@@ -20,7 +26,7 @@ uniform float reference;    // mm, subtracted so that sums keep their digits
 vec2 pixel(ivec2 at) {
     int width = size2(depth).x;
     vec2 sum = vec2(0.0);
-    for (int d = max(-radius, -at.x); d <= min(radius, width - 1 - at.x); ++d) {
+    for (int d = first(at.x); d <= min(radius, width - 1 - at.x); d += stride) {
         float z = fetch2(depth, at + ivec2(d, 0)).x;
         if (!isinf(z) && !isnan(z)) {
             sum += weight(d) * vec2(z - reference, 1.0);
@@ -44,7 +50,7 @@ vec4 pixel(ivec2 at) {
         return color;
     }
     vec2 sum = vec2(0.0);
-    for (int d = max(-radius, -at.y); d <= min(radius, height - 1 - at.y); ++d) {
+    for (int d = first(at.y); d <= min(radius, height - 1 - at.y); d += stride) {
         sum += weight(d) * fetch2(rows, at + ivec2(0, d)).xy;
     }
     float difference = sum.x / sum.y - (z - reference);

@@ -1,37 +1,52 @@
-"""Two views against each other: side by side, behind a curtain that is drawn, or their difference and its measure."""
+"""Two pictures against each other: side by side, behind a curtain that is drawn, or their measured difference."""
 
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, Qt, QTimer
-from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtCore import QEvent, Qt, QTimer
+from PySide6.QtGui import QColor, QImage, QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QLabel, QSlider, QVBoxLayout, QWidget
 
 from nodegraph.accuracy.measures import errors
+from nodegraph.accuracy.settings import snapshot
 from nodegraph.data import Image
 from nodegraph.data.buffer import Array
+from nodegraph.editor.quality.measuring import bounded, referred
+from nodegraph.editor.quality.words import said
+from nodegraph.editor.views.curtain import Curtain
 from nodegraph.editor.views.icons import IconButton
 from nodegraph.editor.views.shown import VIEWPORT, Shown, encoded, linear, opaque, shown
 from nodegraph.editor.views.status_line import StatusLine
+from nodegraph.errors import Cancelled, one_sentence
 from nodegraph.pictures import views_of
 
 if TYPE_CHECKING:
+    from nodegraph.accuracy.reference import Reference
+    from nodegraph.commands import Command
+    from nodegraph.editor.mailbox import Task
     from nodegraph.editor.session import Session
+    from nodegraph.flat import Flat
     from nodegraph.report import Report
 
-KEPT = "\0kept"
-"""Stands for the kept picture among the views."""
+KEPT, REFERENCE = "\0kept", "\0reference"
+"""Stand for the kept picture, and for the reference of A, among the views."""
+SIDE = 192
+"""Longest side, in pixels, of what is compared with a reference, which takes seconds."""
+LATER = 600
+"""Milliseconds without a change before a reference is begun."""
 
 MODES = {"side": "Side by side", "wipe": "Wipe", "difference": "Difference"}
 FIGURES = {"max": "max {:.4g}", "rmse": "RMSE {:.4g}", "psnr": "PSNR {:.1f} dB", "p999": "99.9 % below {:.4g}"}
-GRIP = 8
 
 
 class CompareView(QWidget):
-    """Compares A with B. Each is a view, or B the picture of A that was kept, so that a change can be judged."""
+    """Compares A with B. Each is a view or another picture of the network; B may be a picture of A that was kept, so
+    that a change can be judged, or the reference of A in double precision.
+    """
 
     def __init__(self, session: Session, first: str = "", second: str = "", parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -41,11 +56,17 @@ class CompareView(QWidget):
         self.figures: dict[str, float] = {}
         self._channels = (object(), object())
         self._newest = [0, 0, 0]
+        self._drafts = [False, False]
+        self._difference: QImage | None = None
+        self._reference: Reference | None = None
+        self._task: Task[Reference] | None = None
         self._lay_out()
         self._settle = QTimer(self, singleShot=True, interval=80)
         self._settle.timeout.connect(self._watch)
+        self._later = QTimer(self, singleShot=True, interval=LATER)
+        self._later.timeout.connect(self._refer)
         session.answered.connect(self._answered)
-        session.changed.connect(self._fill)
+        session.changed.connect(self._changed)
         session.replaced.connect(self._restart)
         self._fill()
         for box, path in zip(self.boxes, (first, second), strict=True):
@@ -120,11 +141,14 @@ class CompareView(QWidget):
         self._settle.start()
 
     def _fill(self, _: Any = None) -> None:
-        views = views_of(self.session.network.flatten(), None)
+        flat = self.session.network.flatten()
+        there, views = pictures_in(flat), len(views_of(flat, None))
         for place, box in enumerate(self.boxes):
-            entries = [(path, path) for path in views]
+            entries = [(path, path) for path in there]
             if place == 1 and self.kept is not None:
                 entries.append(("Kept picture", KEPT))
+            if place == 1 and there:
+                entries.append(("Reference of A", REFERENCE))
             if [(box.itemText(i), box.itemData(i)) for i in range(box.count())] == entries:
                 continue
             before = box.currentData()
@@ -133,7 +157,7 @@ class CompareView(QWidget):
             for label, data in entries:
                 box.addItem(label, data)
             found = box.findData(before)
-            box.setCurrentIndex(found if found >= 0 else min(place, len(entries) - 1))
+            box.setCurrentIndex(found if found >= 0 else min(place, views - 1))
             box.blockSignals(False)
             self._settle.start()
 
@@ -145,26 +169,76 @@ class CompareView(QWidget):
     def _sources(self) -> list[str]:
         return [str(box.currentData() or "") for box in self.boxes]
 
+    def _changed(self, commands: list[Command]) -> None:
+        self._fill()
+        if any(command.touched or command.structural for command in commands):
+            self._drop_reference()
+
     def _watch(self) -> None:
         if not self.isVisible():
             return
+        a, b = self._sources()
         ratio = self.devicePixelRatioF()
         width = self.area.width() / 2 if self.mode == "side" else self.area.width()
         size = (max(1, round(width * ratio)), max(1, round(self.area.height() * ratio)))
-        if self.kept is not None and KEPT in self._sources():
+        if self.kept is not None and b == KEPT:
             size = self.kept.size  # what is compared has one size
-        for place, source in enumerate(self._sources()):
-            if source == KEPT:
+        if b == REFERENCE:
+            size = bounded(size, SIDE)
+        for place, source in enumerate((a, b)):
+            if source in (KEPT, REFERENCE):
                 self.session.unwatch(self._channels[place])
-                self._make(place, self.kept)
-            elif source and source in self.session.network:
+                self._drafts[place] = False
+                self._make(place, self.kept if source == KEPT else None)
+            elif source in self.session.network or isinstance(self.session.network.flatten().source(source), tuple):
                 self.session.watch(self._channels[place], source, size)
+        self.area.show_note("" if a else "There is no picture to compare.")
+        self._drop_reference()
 
     def _answered(self, channel: object, report: Report) -> None:
         for place, own in enumerate(self._channels):
             if channel is own:
                 values = report.shown.get(self._sources()[place], {}).values()
+                self._drafts[place] = self.session.quality(channel) != "final"
                 self._make(place, next((value for value in values if isinstance(value, Image)), None))
+
+    # -- the reference ----------------------------------------------------------------------------------------------
+
+    def _drop_reference(self) -> None:
+        """Forget the reference, and make another one when nothing changes for a moment."""
+        if self._task is not None:
+            self._task.cancel()
+            self._task = None
+        self._reference = None
+        if self._sources()[1] == REFERENCE and self.isVisible():
+            self._make(1, None)
+            self._later.start()
+
+    def _refer(self) -> None:
+        a, b = self._sources()
+        picture = self.pictures[0]
+        if b != REFERENCE or not self.isVisible() or self.session.in_gesture or picture is None or self._drafts[0]:
+            if b == REFERENCE and self.isVisible():
+                self._later.start()  # what it is compared with is not there yet
+            return
+        work = partial(referred, snapshot(self.session.network), a, picture.size, self.session.precise)
+
+        def take(outcome: Reference | BaseException) -> None:
+            if task is not self._task:
+                return
+            self._task = None
+            if isinstance(outcome, BaseException):
+                self.area.show_note("" if isinstance(outcome, Cancelled) else said(one_sentence(outcome)))
+                self.status.setText("")
+                return
+            self._reference = outcome
+            self._make(1, outcome.value if isinstance(outcome.value, Image) else None)
+
+        def tell(text: str, _: float | None) -> None:
+            if task is self._task:
+                self.status.setText(said(text))
+
+        task = self._task = self.session.begin_task(work, tell, take)
 
     def _make(self, place: int, image: Image | None) -> None:
         self._newest[place] += 1
@@ -178,6 +252,8 @@ class CompareView(QWidget):
     def _take(self, place: int, number: int, made: Shown | None) -> None:
         if number == self._newest[place]:
             self.pictures[place] = made
+            if made is not None and self.area.note and (place == 1 or self._sources()[1] != REFERENCE):
+                self.area.show_note("")
             self._compare()
 
     def _show_mode(self) -> None:
@@ -194,25 +270,42 @@ class CompareView(QWidget):
         a, b = self.pictures
         factor = 10.0 ** (self.gain.value() / 10.0)
         self._gain_text.setText(f"× {factor:.3g}")
-        self.area.show_pictures(self.mode, a.picture if a else None, b.picture if b else None)
+        if a is None or b is None:
+            self._difference = None
+        if self.mode == "difference":
+            self.area.show_pictures(self.mode, self._difference, None)
+        else:
+            self.area.show_pictures(self.mode, a.picture if a else None, b.picture if b else None)
         self.figures = {}
         if a is None or b is None:
-            self.status.setText("")
+            awaited = a is not None and self._sources()[1] == REFERENCE and not self.area.note
+            self.status.setText("The reference is being made ..." if awaited else "")
+            return
+        if any(self._drafts):
+            self.status.setText("Being refined ...")
             return
         if a.size != b.size or a.image.channels != b.image.channels:
             self.status.setText("These pictures have no common size, so they cannot be measured.")
             return
         self._newest[2] += 1
         number = self._newest[2]
-        self.session.work(lambda: measured(a.image, b.image, factor), lambda found: self._told(number, found))
+        found = self._reference if self._sources()[1] == REFERENCE else None
+        mask = found.mask if found is not None and found.mask is not None and found.mask.any() else None
+        self.session.work(lambda: measured(a.image, b.image, factor, mask), lambda made: self._told(number, made))
 
     def _told(self, number: int, found: tuple[dict[str, float], QImage] | None) -> None:
         if number != self._newest[2] or found is None:
             return
-        self.figures, picture = found
-        self.status.setText("A against B:   " + figures_text(self.figures))
+        self.figures, self._difference = found
+        against = "A against B"
+        if self._reference is not None and self.pictures[0] is not None:
+            width, height = self.pictures[0].size
+            against = f"A against its reference, at {width} × {height}"
+            if self._reference.left_out:
+                against += f", {100 * self._reference.share_left_out:.2g} % left out"
+        self.status.setText(f"{against}:   {figures_text(self.figures)}")
         if self.mode == "difference":
-            self.area.show_pictures(self.mode, picture, None)
+            self.area.show_pictures(self.mode, self._difference, None)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         self._settle.start()
@@ -222,85 +315,35 @@ class CompareView(QWidget):
 
     def hideEvent(self, event: QEvent) -> None:
         self._settle.stop()
+        self._later.stop()
+        self._drop_reference()
         for channel in self._channels:
             self.session.unwatch(channel)
 
 
-class Curtain(QWidget):
-    """Two pictures beside each other, or the one drawn over the other as far as the grip is pulled."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.mode = "side"
-        self.split = 0.5
-        self._pictures: tuple[QImage | None, QImage | None] = (None, None)
-        self.setMinimumSize(96, 64)
-        self.setMouseTracking(True)
-        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-
-    def show_pictures(self, mode: str, a: QImage | None, b: QImage | None) -> None:
-        """Show two pictures in a mode of `CompareView`."""
-        self.mode, self._pictures = mode, (a, b)
-        self.setCursor(Qt.CursorShape.SplitHCursor if mode == "wipe" else Qt.CursorShape.ArrowCursor)
-        self.update()
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        painter.fillRect(self.rect(), QColor(VIEWPORT))
-        whole = QRectF(self.rect())
-        a, b = self._pictures
-        if self.mode == "side":
-            half = whole.width() / 2
-            self._draw(painter, a, QRectF(0, 0, half - 1, whole.height()), "A")
-            self._draw(painter, b, QRectF(half + 1, 0, half - 1, whole.height()), "B")
-        elif self.mode == "wipe":
-            place = whole.width() * self.split
-            painter.setClipRect(QRectF(0, 0, place, whole.height()))
-            self._draw(painter, a, whole, "A")
-            painter.setClipRect(QRectF(place, 0, whole.width() - place, whole.height()))
-            self._draw(painter, b, whole, "B", right=True)
-            painter.setClipping(False)
-            painter.setPen(QColor(255, 255, 255, 200))
-            painter.drawLine(QLineF(place, 0, place, whole.height()))
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            painter.setBrush(QColor(255, 255, 255, 230))
-            painter.setPen(QColor(0, 0, 0, 120))
-            painter.drawEllipse(QPointF(place, whole.height() / 2), GRIP, GRIP)
-        else:
-            self._draw(painter, a, whole, "")
-
-    def _draw(self, painter: QPainter, picture: QImage | None, room: QRectF, letter: str, right: bool = False) -> None:
-        if picture is not None and not picture.isNull():
-            scale = min(room.width() / picture.width(), room.height() / picture.height())
-            size = (picture.width() * scale, picture.height() * scale)
-            corner = room.center() - QPointF(size[0] / 2, size[1] / 2)
-            painter.drawImage(QRectF(corner.x(), corner.y(), *size), picture)
-        if letter:
-            tag = QRectF(room.right() - 30 if right else room.left() + 8, room.top() + 8, 22, 22)
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(0, 0, 0, 150))
-            painter.drawRoundedRect(tag, 4, 4)
-            painter.setPen(QColor(255, 255, 255))
-            painter.drawText(tag, Qt.AlignmentFlag.AlignCenter, letter)
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        self._pull(event)
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        self._pull(event)
-
-    def _pull(self, event: QMouseEvent) -> None:
-        if self.mode == "wipe" and event.buttons() & Qt.MouseButton.LeftButton:
-            self.split = min(max(event.position().x() / max(self.width(), 1), 0.0), 1.0)
-            self.update()
+def pictures_in(flat: Flat) -> list[str]:
+    """What can be compared: the views, then all other outputs that are pictures, ``node.output``."""
+    views = views_of(flat, None)
+    others = [
+        f"{path}.{name}"
+        for path, node in flat.nodes.items()
+        if node.processor is not None and path not in views
+        for name, port in node.processor.outputs.items()
+        if isinstance(port.type, type) and issubclass(port.type, Image)
+    ]
+    return [*views, *others]
 
 
-def measured(a: Image, b: Image, gain: float) -> tuple[dict[str, float], QImage]:
-    """The errors of ``a`` against ``b``, and their absolute difference times ``gain`` as a picture."""
+def measured(a: Image, b: Image, gain: float, mask: Array | None = None) -> tuple[dict[str, float], QImage]:
+    """The errors of ``a`` against ``b``, and their absolute difference times ``gain`` as a picture.
+
+    mask: (h, w), True where to look, None everywhere; the rest is black.
+    """
     difference: Array = np.abs(np.asarray(a.color, np.float32) - np.asarray(b.color, np.float32)) * np.float32(gain)
     seen = difference[..., :3] if a.channels == 4 else np.repeat(difference[..., :1], 3, axis=2)
-    return errors(a, b), opaque(encoded(seen))
+    if mask is not None:
+        seen = np.where(mask[..., None], seen, np.float32(0.0))
+    return errors(a, b, mask), opaque(encoded(seen))
 
 
 def figures_text(figures: dict[str, float]) -> str:

@@ -10,7 +10,7 @@ from PySide6.QtTest import QTest
 from nodegraph.commands import Remove, Set
 from nodegraph.data import Image
 from nodegraph.editor.views.browser import ImageBrowser, pixel_text
-from nodegraph.editor.views.compare import KEPT, CompareView, measured
+from nodegraph.editor.views.compare import KEPT, REFERENCE, CompareView, measured
 from nodegraph.editor.views.picture_area import PictureArea
 from nodegraph.editor.views.shown import shown
 
@@ -105,6 +105,27 @@ def test_the_curtain_follows_the_mouse(compare) -> None:
     area = compare.area
     QTest.mousePress(area, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, QPoint(area.width() // 4, 20))
     assert area.split == pytest.approx(0.25, abs=0.01)
+    QTest.keyClick(area, Qt.Key.Key_Right)
+    assert area.split == pytest.approx(0.27, abs=0.01)
+
+
+def test_a_picture_is_compared_with_its_reference(compare, session, until) -> None:
+    compare.boxes[1].setCurrentIndex(compare.boxes[1].findData(REFERENCE))
+    until(lambda: "against its reference" in compare.status.text())
+    assert compare.figures["max"] == 0.0  # nothing here depends on the device
+    assert max(compare.pictures[0].size) <= 192
+    assert compare.pictures[0].size == compare.pictures[1].size
+    session.do(Set("ball.gain", 10.0))  # which fails
+    until(lambda: compare.pictures[1] is None)
+    session.undo()
+    until(lambda: "against its reference" in compare.status.text())
+
+
+def test_all_pictures_of_the_network_can_be_compared(compare, until) -> None:
+    entries = [compare.boxes[0].itemData(i) for i in range(compare.boxes[0].count())]
+    assert entries == ["view", "section", "ball.image", "cut.image"]
+    compare.boxes[1].setCurrentIndex(2)
+    until(lambda: "equal" in compare.status.text())  # the view shows just that
 
 
 def test_a_difference_is_amplified() -> None:
