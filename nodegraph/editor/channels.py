@@ -92,6 +92,11 @@ class Channels:
     def of(self, name: object) -> Channel | None:
         return self._all.get(name)
 
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing runs and nothing waits to."""
+        return not any(slot.running is not None or slot.pending for slot in self._all.values())
+
     def watch(self, name: object, sink: str, size: tuple[int, int] | None) -> None:
         """Ask now and at every `refresh`, coarse first where that is quicker."""
         slot = self._all.setdefault(name, Channel(sink))

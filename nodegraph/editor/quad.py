@@ -7,15 +7,12 @@ import numpy as np
 from nodegraph.commands import Add, Connect
 from nodegraph.data import Plane, Volume
 from nodegraph.editor.session import Session
-from nodegraph.editor.views.navigation import AXES
 from nodegraph.flat import Flat
 from nodegraph.links import value_of
 from nodegraph.network import unique
+from nodegraph.offers import RADIOLOGICAL
 from nodegraph.subjects import subject_of, upstream
 from nodegraph.variable_commands import Link
-
-CUTS = {"axial": "top", "coronal": "front", "sagittal": "left"}
-"""Names of the three cuts, and which way each looks, a key of `AXES`."""
 
 
 def volume_of(session: Session) -> str:
@@ -31,7 +28,7 @@ def volume_of(session: Session) -> str:
 
 
 def quad(session: Session) -> tuple[str, ...]:
-    """The views of a quad, 3-D first, then the cuts as `CUTS` names them. What is missing is added, as one step.
+    """The views of a quad, 3-D first, then the cuts as `RADIOLOGICAL` names them. What is missing is added, one step.
 
     Empty, with a message, where there is no volume.
     """
@@ -42,7 +39,7 @@ def quad(session: Session) -> tuple[str, ...]:
     with session.gesture("quad view"):
         there = _cuts_there(session, volume)
         made = [_turned(session) or _add_cast(session, volume)]
-        made += [there.get(name) or _add_cut(session, volume, name) for name in CUTS]
+        made += [there.get(name) or _add_cut(session, volume, name) for name in RADIOLOGICAL]
     return tuple(made)
 
 
@@ -69,14 +66,14 @@ def _cuts_there(session: Session, volume: str) -> dict[str, str]:
         if not subject.plane or subject.source != volume:
             continue
         plane = value_of(session.network, subject.plane)
-        for name, axis in CUTS.items():
-            if isinstance(plane, Plane) and abs(float(plane.unit_normal @ AXES[axis][1])) > 0.999:
+        for name, normal in RADIOLOGICAL.items():
+            if isinstance(plane, Plane) and abs(float(plane.unit_normal @ normal)) > 0.999:
                 found.setdefault(name, path)
     return found
 
 
 def _add_cut(session: Session, volume: str, name: str) -> str:
-    plane = Plane(_middle(session, volume), AXES[CUTS[name]][1])
+    plane = Plane(_middle(session, volume), RADIOLOGICAL[name])
     cut = _add(session, "render.slice", f"{name}_cut", plane=plane)
     session.do(Connect(volume, f"{cut}.volume"))
     view = _add(session, "output.view", name)

@@ -149,19 +149,25 @@ class Window(QMainWindow):
         box.filesSelected.connect(lambda names: self.beginning.start([Path(name) for name in names]))
         self._ask(box)
 
-    def save(self) -> bool:
-        """Save to the file of the document; one without a file asks for it. Says whether it is saved now."""
-        if self.session.path is None:
-            self.save_as()
-            return False
-        return self._save(self.session.path)
+    def save(self) -> None:
+        """Save to the file of the document; one without a file asks for it."""
+        self._save_then(lambda: None)
 
     def save_as(self) -> None:
         """Choose where to save."""
+        self._save_as_then(lambda: None)
+
+    def _save_then(self, then: Callable[[], object]) -> None:
+        if self.session.path is None:
+            self._save_as_then(then)
+        elif self._save(self.session.path):
+            then()
+
+    def _save_as_then(self, then: Callable[[], object]) -> None:
         box = QFileDialog(self, "Save as", str(self.session.path or "network.json"), "Workspaces (*.json)")
         box.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         box.setDefaultSuffix("json")
-        box.fileSelected.connect(lambda name: self._save(Path(name)))
+        box.fileSelected.connect(lambda name: then() if self._save(Path(name)) else None)
         self._ask(box)
 
     def take_over(self, network: Network) -> None:
@@ -202,8 +208,10 @@ class Window(QMainWindow):
 
         def answered(_result: int) -> None:
             chosen = box.standardButton(box.clickedButton())
-            if chosen == drop or (chosen == keep and self.save()):
+            if chosen == drop:
                 then()
+            elif chosen == keep:
+                self._save_then(then)
 
         box.finished.connect(answered)
         self._ask(box)

@@ -68,8 +68,7 @@ class Shots:
             time.sleep(0.005)
 
     def busy(self) -> bool:
-        channels = self.window.session._channels.values()
-        return any(slot.running is not None or slot.pending for slot in channels)
+        return not self.window.session._channels.at_rest
 
     def theme(self, name: str) -> None:
         from nodegraph.editor import theme

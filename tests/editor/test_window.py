@@ -90,7 +90,7 @@ def test_where_panels_are_is_kept_in_the_workspace_and_is_no_step(
     opened: Window, file: Path, make_window: MakeWindow
 ) -> None:
     opened.docks["palette"].hide()
-    assert opened.save()
+    opened.save()
     assert not opened.session.modified
     assert opened.session.history.undo_name == ""
     assert LAYOUT in json.loads(file.read_text())["ui"]

@@ -61,14 +61,23 @@ def wheel(widget: QWidget, at: QPoint, notches: int, keys: Qt.KeyboardModifier =
     QApplication.processEvents()
 
 
+def _activate(widget: QWidget) -> None:
+    """Do what a window manager does when a popup or a dialog went away."""
+    if QApplication.activeWindow() is None:
+        widget.window().activateWindow()
+        QApplication.processEvents()
+
+
 def key(widget: QWidget, what: Qt.Key, keys: Qt.KeyboardModifier = NONE) -> None:
     """Press a key; whoever has the focus in the widget's window gets it, or a shortcut."""
+    _activate(widget)
     QTest.keyClick(home(widget), what, keys)
     QApplication.processEvents()
 
 
 def write(widget: QWidget, text: str) -> None:
     """Type text."""
+    _activate(widget)
     for letter in text:
         keys = Qt.KeyboardModifier.ShiftModifier if letter.isupper() else NONE
         QTest.keyClick(home(widget), Qt.Key(ord(letter.upper())), keys)

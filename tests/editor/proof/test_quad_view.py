@@ -42,7 +42,7 @@ def test_what_is_missing_is_added_as_one_step(make_window: MakeWindow, tmp_path:
     window.actions_by_name["quad_view"].trigger()
     assert two_by_two(window, ["view", "axial", "coronal", "sagittal"])
     planes = [session.network[f"{name}_cut"].plane for name in ("axial", "coronal", "sagittal")]
-    assert [plane.normal for plane in planes] == [(0, 0, 1), (0, -1, 0), (1, 0, 0)]
+    assert [plane.normal for plane in planes] == [(0, 0, -1), (0, -1, 0), (1, 0, 0)]
     middle = session.value("volume", "volume").corners.mean(axis=0).tolist()
     assert all(isinstance(plane, Plane) and list(plane.origin) == middle for plane in planes)
     names = ("view", "axial", "coronal", "sagittal")
