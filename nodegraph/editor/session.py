@@ -6,6 +6,7 @@ works on a thread of its own. Whatever it says arrives here, on the thread of th
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from PySide6.QtCore import QObject, QTimer, Signal
-from PySide6.QtGui import QImage
 
 from nodegraph import workspace
 from nodegraph.commands import Command, SetUI
@@ -31,6 +31,7 @@ from nodegraph.report import Event, Report, State
 
 if TYPE_CHECKING:
     from nodegraph.accuracy.running import Cancelled, Show
+    from nodegraph.editor.previews import Preview
     from nodegraph.flat import Flat
     from nodegraph.history import History
 
@@ -303,11 +304,17 @@ class Session(QObject):
             self._channels.instead = dict(values)
             self._soon.start()
 
-    def picture(self, value: Any, callback: Callable[[QImage | None], object], size: tuple[int, int] | None) -> None:
-        """Make a small picture of any value of a port off this thread and call back with it, or with None."""
-        from nodegraph.editor.previews import picture_of
+    def preview(self, value: Any, callback: Callable[[Preview | None], object]) -> Callable[[], None]:
+        """Make what is shown of a value of a port off this thread and call back with it, with None where that failed.
 
-        self.work(partial(picture_of, value, size), callback)
+        What is returned cancels it: the rest is not made, and nobody is called.
+        """
+        from nodegraph.editor.previews import preview_of
+
+        stop = threading.Event()
+        made_of = partial(preview_of, value, stop.is_set)
+        self.work(made_of, lambda made: None if stop.is_set() else callback(made))
+        return stop.set
 
     def work(self, function: Callable[[], T], callback: Callable[[T | None], object]) -> None:
         """Run a function beside the window and call back on the window's thread, with None where it raised."""

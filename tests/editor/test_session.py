@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 
 from nodegraph import Float, Network, Output, Processor, registry
 from nodegraph.commands import Add, Mute, Remove, Rename, Set, SetUI
 from nodegraph.data import Image, Volume
 from nodegraph.editor.channels import Channel
+from nodegraph.editor.previews import Preview
 from nodegraph.editor.session import Message, Session
 from nodegraph.report import Report
 from nodegraph.requests import coarseness
@@ -124,17 +125,22 @@ def test_values_and_their_pictures(shown: Session, qtbot: QtBot) -> None:
     assert isinstance(volume, Volume)
     assert volume.data.shape == (16, 16, 16)
     assert shown.value("volume", "nothing") is None
-    got: list[QImage | None] = []
-    shown.picture(volume, got.append, (96, 32))
+    got: dict[str, Preview | None] = {}
     red = Image(np.array([[[1.0, 0.0, 0.0, 1.0], [0.25, 0.0, 0.0, 0.5]]], np.float32))
-    shown.picture(red, got.append, None)
-    shown.picture("no picture", got.append, None)
+    for name, value in (("volume", volume), ("red", red), ("text", "no picture")):
+        shown.preview(value, partial(got.__setitem__, name))
+    shown.preview(volume, partial(got.__setitem__, "cancelled"))()
     qtbot.waitUntil(lambda: len(got) == 3, timeout=10000)
-    by_size = {(image.width(), image.height()): image for image in got if image is not None}
-    assert set(by_size) == {(96, 32), (2, 1)}
-    assert by_size[2, 1].pixelColor(0, 0).getRgb() == (255, 0, 0, 255)
+    qtbot.wait(50)
+    assert "cancelled" not in got
+    made = {name: preview.picture for name, preview in got.items() if preview is not None}
+    assert made["text"] is None
+    assert made["volume"] is not None
+    picture = made["red"]
+    assert picture is not None
+    assert picture.pixelColor(0, 0).getRgb() == (255, 0, 0, 255)
     # Premultiplied 0.25 at half opacity is 0.5, which sRGB writes as 188.
-    assert by_size[2, 1].pixelColor(1, 0).getRgb() == (188, 0, 0, 128)
+    assert picture.pixelColor(1, 0).getRgb() == (188, 0, 0, 128)
 
 
 def test_the_selection_follows_renames_and_removals(session: Session) -> None:

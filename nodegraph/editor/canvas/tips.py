@@ -1,59 +1,120 @@
-"""Tooltips of the canvas: words at once, and a picture of the value as soon as it is made."""
+"""What the canvas shows of what the mouse rests on: words at once, and what there is to see of a value soon after."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QObject, QPoint
-from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QToolTip, QWidget
+import weakref
+from collections import OrderedDict
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
+from PySide6.QtCore import QEvent, QObject, QPoint
+from PySide6.QtWidgets import QWidget
+
+from nodegraph.data.value import Value
 from nodegraph.editor.canvas.faces import Port
+from nodegraph.editor.canvas.preview_card import PreviewCard
 from nodegraph.editor.canvas.scene import CanvasScene
 from nodegraph.editor.canvas.told import node_tip, port_tip, shown_value
+from nodegraph.editor.previews import Preview
 
-SIZE = (288, 192)
+KEPT = 32
+"""Previews that are kept, the ones seen last."""
+
+
+class Known:
+    """Previews by value. It holds no value: one that is gone is forgotten."""
+
+    def __init__(self) -> None:
+        self._made: OrderedDict[int, tuple[weakref.ref[Any], Preview]] = OrderedDict()
+
+    def get(self, value: Any) -> Preview | None:
+        found = self._made.get(id(value))
+        if found is None or found[0]() is not value:
+            return None
+        self._made.move_to_end(id(value))
+        return found[1]
+
+    def keep(self, value: Any, preview: Preview) -> None:
+        self._made[id(value)] = (weakref.ref(value), preview)
+        while len(self._made) > KEPT:
+            self._made.popitem(last=False)
 
 
 class Tips(QObject):
-    """Shows the tooltips of one view."""
+    """Shows the tips of one view. Nothing is evaluated for them: they show values that exist."""
 
     def __init__(self, scene: CanvasScene, viewport: QWidget) -> None:
         super().__init__(viewport)
         self.scene = scene
-        self.viewport = viewport
-        self.text = ""
+        self.card = PreviewCard(viewport)
+        self.subject: object = None  # what the mouse rests on: (id, port) or a wire
+        self.preview: Preview | None = None
+        self._known = Known()
+        self._cancel: Callable[[], None] | None = None
+        viewport.installEventFilter(self)
+        scene.leaving.connect(self.hide)
 
-    def show(self, where: QPoint, id: str, port: Port | None) -> None:
-        """Show the tooltip of a node or of one of its ports at a point of the screen."""
-        node = self.scene.level.nodes[id]
-        session = self.scene.session
+    @property
+    def text(self) -> str:
+        """The words that are shown, empty where nothing is."""
+        return self.card.words.text() if self.card.isVisible() else ""
+
+    def show(self, where: QPoint, subject: object, id: str, port: Port | None) -> None:
+        """Show what is known of a node or of one of its ports at a point of the screen."""
+        self.hide()
+        session, node = self.scene.session, self.scene.level.nodes[id]
+        self.subject = subject
         if port is None:
-            self.say(where, node_tip(session, node, self.scene.standing))
+            self.card.show_words(where, node_tip(session, node, self.scene.standing))
             return
-        text = port_tip(session, node, port)
-        self.say(where, text)
+        self.card.show_words(where, port_tip(session, node, port))
         value = shown_value(session, node, port)
-        if value is not None:
-            session.picture(value, lambda picture: self._add(where, text, picture), SIZE)
-
-    def say(self, where: QPoint, text: str) -> None:
-        self.text = text
-        if text:
-            QToolTip.showText(where, text, self.viewport)
+        if not isinstance(value, Value):
+            return  # a number says all in the words
+        known = self._known.get(value)
+        if known is not None:
+            self._add(known)
         else:
-            QToolTip.hideText()
+            self._cancel = session.preview(value, partial(self._take, weakref.ref(value)))
 
-    def _add(self, where: QPoint, text: str, picture: QImage | None) -> None:
-        """Put the picture below the words, unless the mouse has gone on meanwhile."""
-        if picture is not None and self.text == text and QToolTip.isVisible():
-            self.text = with_picture(text, picture)
-            QToolTip.showText(where, self.text, self.viewport)
+    def say(self, where: QPoint, subject: object, text: str) -> None:
+        """Show words alone; without any, nothing."""
+        self.hide()
+        if text:
+            self.subject = subject
+            self.card.show_words(where, text)
+
+    def stay(self, subject: object) -> None:
+        """The mouse is on this now: what is shown of anything else goes."""
+        if self.subject is not None and subject != self.subject:
+            self.hide()
+
+    def hide(self) -> None:
+        """Show nothing, and make nothing that was begun."""
+        if self._cancel is not None:
+            self._cancel()
+            self._cancel = None
+        self.subject = self.preview = None
+        self.card.hide()
+
+    def _take(self, value: weakref.ref[Any], made: Preview | None) -> None:
+        self._cancel = None
+        there = value()
+        if made is None:
+            made = Preview(lines=("No picture of it could be made.",))
+        elif there is not None:
+            self._known.keep(there, made)
+        self._add(made)
+
+    def _add(self, made: Preview) -> None:
+        self.preview = made
+        self.card.add(made)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() in _ENDS:
+            self.hide()
+        return False
 
 
-def with_picture(text: str, picture: QImage) -> str:
-    """Rich text with a picture below."""
-    data = QByteArray()
-    buffer = QBuffer(data)
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    picture.save(buffer, "PNG")  # type: ignore[call-overload]
-    source = bytes(data.toBase64().data()).decode()
-    return f'{text}<br><img width="{picture.width()}" height="{picture.height()}" src="data:image/png;base64,{source}">'
+_ENDS = (QEvent.Type.Leave, QEvent.Type.MouseButtonPress, QEvent.Type.Wheel, QEvent.Type.Hide)

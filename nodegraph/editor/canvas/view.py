@@ -21,6 +21,7 @@ from PySide6.QtWidgets import QGraphicsView
 
 from nodegraph.editor.canvas.drags import BandDrag, BendDrag, Drag, MoveDrag, PanDrag, PullDrag, ResizeDrag, WireDrag
 from nodegraph.editor.canvas.edits import CanvasEdits
+from nodegraph.editor.canvas.faces import Port
 from nodegraph.editor.canvas.items import BoxItem
 from nodegraph.editor.canvas.look import GRID, dotted
 from nodegraph.editor.canvas.node_item import NodeItem
@@ -245,7 +246,10 @@ class GraphView(QGraphicsView):
         elif self.drag is not None:
             self.drag.move(self.mapToScene(event.position().toPoint()), event.modifiers())
         else:
-            self._show_cursor(self.mapToScene(event.position().toPoint()))
+            point = self.mapToScene(event.position().toPoint())
+            self._show_cursor(point)
+            if self.tips.subject is not None:
+                self.tips.stay(self._subject_at(point))
         event.accept()
 
     def _show_cursor(self, point: QPointF) -> None:
@@ -426,19 +430,28 @@ class GraphView(QGraphicsView):
         return self.tips.text
 
     def _show_tip(self, point: QPointF, where: QPoint) -> None:
-        item, nodes = self.item_at(point), self.canvas_scene.nodes
-        if isinstance(item, NodeItem):
-            self.tips.show(where, item.face.id, item.port_row_at(point))
-        elif isinstance(item, WireItem):
-            id, _, output = item.wire[0].rpartition(".")
+        subject, nodes = self._subject_at(point), self.canvas_scene.nodes
+        if self.drag is not None or (subject is not None and subject == self.tips.subject):
+            return
+        if isinstance(subject, WireItem):
+            id, _, output = subject.wire[0].rpartition(".")
             outputs = nodes[id].face.outputs if id in nodes else ()
             port = next((port for port in outputs if port.name == output), None)
             if port is not None:
-                self.tips.show(where, id, port)
+                self.tips.show(where, subject, id, port)
             else:
-                self.tips.say(where, f"This wire leads from {item.wire[0]}, which does not exist.")
+                self.tips.say(where, subject, f"This wire leads from {subject.wire[0]}, which does not exist.")
+        elif subject is not None:
+            self.tips.show(where, subject, *subject)
         else:
-            self.tips.say(where, "")
+            self.tips.hide()
+
+    def _subject_at(self, point: QPointF) -> tuple[str, Port | None] | WireItem | None:
+        """What a tip at a point would be about: a node, a port of it, or a wire."""
+        item = self.item_at(point)
+        if isinstance(item, NodeItem):
+            return item.face.id, item.port_row_at(point)
+        return item if isinstance(item, WireItem) else None
 
     def drawBackground(self, painter: QPainter, rect: QRectF | QRect) -> None:
         look = self.canvas_scene.look

@@ -252,7 +252,7 @@ def test_tooltips_say_what_is_there_or_why_not(session: Session, canvas: CanvasV
     value = report.shown["volume"]["volume"]
     assert value.summary() in canvas.view.tip_at(hand.port("volume", "volume", True))
     assert value.summary() in canvas.view.tip_at(hand.port("blur", "volume"))
-    qtbot.waitUntil(lambda: "<img" in canvas.view.tips.text, timeout=10000)
+    qtbot.waitUntil(lambda: canvas.view.tips.preview is not None, timeout=10000)
 
 
 def test_a_node_says_how_it_stands(session: Session, canvas: CanvasView, qtbot: QtBot) -> None:
