@@ -178,6 +178,11 @@ class ParameterRow(QWidget):
         self.label.setToolTip(f"<p>{_html(declared.doc)}{end}<br><i>Double-click to reset.</i></p>")
         self.field.setToolTip(f"<p>{_html(declared.doc)}</p>")
 
+    @property
+    def changed(self) -> bool:
+        """Whether something else than the default decides the value."""
+        return self.label.changed or self.place.tie().kind != "own"
+
     # -- changing -----------------------------------------------------------------------------------------------
 
     def reset(self) -> None:
