@@ -43,7 +43,7 @@ def pictures():
 
 
 def test_there_are_workspaces_to_test():
-    assert {"first_light", "brain", "marschner_lobb"} <= set(NAMES)
+    assert {"first_light", "boundaries", "brain", "marschner_lobb"} <= set(NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)
