@@ -10,16 +10,13 @@ in ``presets`` in the user's folder for configuration, one in each file.
 
 from __future__ import annotations
 
-import json
-import os
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from nodegraph import links, plugins
+from nodegraph import links
+from nodegraph.editor.parameters import preset_files
 from nodegraph.editor.parameters.place import Place
-from nodegraph.editor.settings import config_folder
 from nodegraph.errors import GraphError
 
 OBJECTS = ("Camera", "Light", "Plane", "Box", "Color", "Matrix")
@@ -37,15 +34,10 @@ class Preset:
     file: Path | None = None
 
 
-def folder() -> Path:
-    """Where presets lie that the user saved."""
-    return config_folder() / "presets"
-
-
 def presets_for(place: Place) -> list[Preset]:
     """What can be chosen for a parameter, by name: of its kind, meant for it, and accepted by its declaration."""
     found = []
-    for described, file in _described():
+    for _, described, file in preset_files.described({}):
         try:
             if described["kind"] == place.declared.kind and described.get("for", _key(place)) == _key(place):
                 value = place.declared.decode(described["value"], str(described["name"]))
@@ -61,12 +53,9 @@ def keep(place: Place, name: str) -> Path:
     described = {"name": name, "kind": declared.kind, "value": declared.encode(place.value())}
     if declared.kind not in OBJECTS:
         described["for"] = _key(place)
-    words = [declared.kind, *([_key(place)] if declared.kind not in OBJECTS else []), name]
-    file = folder() / f"{'-'.join(re.sub(r'[^A-Za-z0-9]+', '_', word).strip('_') for word in words)}.json"
-    file.parent.mkdir(parents=True, exist_ok=True)
-    beside = file.with_name(f"{file.name}.tmp")
-    beside.write_text(json.dumps(described, indent=1), encoding="utf-8")
-    os.replace(beside, file)
+    scope = [] if declared.kind in OBJECTS else [_key(place)]
+    file = preset_files.own_file(declared.kind, *scope, name)
+    preset_files.write(described, file)
     return file
 
 
@@ -80,19 +69,3 @@ def _key(place: Place) -> str:
     """The parameter by the id of its processor, so that all nodes of one type share it."""
     leaf, name, _ = links.plain_parameter(place.node, place.name)
     return f"{leaf.type}.{name}"
-
-
-def _described() -> list[tuple[Any, Path | None]]:
-    found: list[tuple[Any, Path | None]] = []
-    for file in sorted(folder().glob("*.json")):
-        try:
-            found.append((json.loads(file.read_text(encoding="utf-8")), file))
-        except (OSError, ValueError, RecursionError):
-            continue  # the transfer-function editor says what is wrong with files there
-    for plugin in plugins.discover("nodegraph.presets"):
-        try:
-            offered = plugin.object() if callable(plugin.object) else plugin.object
-        except Exception:
-            continue
-        found += [(one, None) for one in (offered if isinstance(offered, (list, tuple)) else [offered])]
-    return found

@@ -11,7 +11,7 @@ from PySide6.QtGui import QContextMenuEvent, QGuiApplication
 from PySide6.QtWidgets import QApplication, QMenu
 
 from nodegraph import animation, data, workspace
-from nodegraph.editor.parameters import presets
+from nodegraph.editor.parameters import preset_files, presets
 from nodegraph.editor.parameters.menu import ParameterMenu
 from nodegraph.editor.parameters.place import Place
 from nodegraph.network import Network
@@ -145,7 +145,7 @@ def test_a_preset_is_saved_chosen_and_deleted(alone: Any, session: Any) -> None:
     dialog = _submenu(shown.menu(), "Presets").ask_name()
     dialog.setTextValue("Over there")
     dialog.accept()
-    (file,) = presets.folder().glob("*.json")
+    (file,) = preset_files.own_folder().glob("*.json")
     assert json.loads(file.read_text())["name"] == "Over there"
     shown.place.reset()
     action(shown.menu(), "Over there").trigger()
@@ -154,7 +154,7 @@ def test_a_preset_is_saved_chosen_and_deleted(alone: Any, session: Any) -> None:
     assert session.network.get("all.camera") != camera
     delete = next(one.menu() for one in _submenu(shown.menu(), "Presets").actions() if one.menu() is not None)
     action(delete, "Over there").trigger()
-    assert not list(presets.folder().glob("*.json"))
+    assert not list(preset_files.own_folder().glob("*.json"))
     assert titles(_submenu(shown.menu(), "Presets")) == ["Save as a preset …"]
 
 
@@ -169,9 +169,9 @@ def test_a_number_is_a_preset_of_its_own_parameter_alone(alone: Any, session: An
 
 
 def test_presets_that_cannot_be_used_are_left_out(alone: Any) -> None:
-    presets.folder().mkdir(parents=True)
+    preset_files.own_folder().mkdir(parents=True)
     for number, text in enumerate(('{"name": "a", "kind": "Camera"}', "[", "[1]", '{"kind": "Camera", "value": 3}')):
-        (presets.folder() / f"{number}.json").write_text(text)
+        (preset_files.own_folder() / f"{number}.json").write_text(text)
     assert presets.presets_for(alone("camera").place) == []
 
 
@@ -180,8 +180,8 @@ def test_a_preset_that_cannot_be_written_is_said(alone: Any, session: Any) -> No
 
     told = []
     session.message.connect(told.append)
-    presets.folder().parent.mkdir(parents=True, exist_ok=True)
-    presets.folder().write_text("in the way")
+    preset_files.own_folder().parent.mkdir(parents=True, exist_ok=True)
+    preset_files.own_folder().write_text("in the way")
     save(alone("amount").place, "fine")
     save(alone("amount").place, "  ")
     assert [message.text[:28] for message in told] == ["the preset was not saved: Fi"]

@@ -14,8 +14,6 @@ from __future__ import annotations
 
 import functools
 import json
-import os
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,14 +26,12 @@ from PySide6.QtGui import QImage, QPainter, QPixmap
 from nodegraph import params
 from nodegraph.data import TransferFunction
 from nodegraph.data.image import srgb_encode
+from nodegraph.editor.parameters import preset_files
 from nodegraph.editor.parameters.color import draw_checks
 from nodegraph.editor.parameters.transfer_function.bells import Shape
 from nodegraph.editor.parameters.transfer_function.colormaps import colormaps
 from nodegraph.editor.parameters.transfer_function.keys import fitted, opacity_at
-from nodegraph.editor.settings import config_folder
 from nodegraph.errors import FormatError, GraphError
-
-FOLDER = Path(__file__).parents[2] / "presets"
 
 
 @dataclass(frozen=True)
@@ -75,15 +71,9 @@ def presets(unit: str = "") -> list[Preset]:
     return sorted(_all(), key=lambda one: (bool(one.unit and unit and one.unit != unit), one.file is None))
 
 
-def own_folder() -> Path:
-    """Where presets lie that the user saved."""
-    return config_folder() / "presets"
-
-
 def keep(name: str, shape: Shape, unit: str = "") -> Path:
     """Save a preset of the user's own; one of this name is replaced. Raises OSError."""
-    file = own_folder() / f"{re.sub(r'[^A-Za-z0-9_-]+', '_', name).strip('_') or 'preset'}.json"
-    file.parent.mkdir(parents=True, exist_ok=True)
+    file = preset_files.own_file(name)
     write(Preset(name, "Own", unit, False, shape.function, shape=shape), file)
     forget()
     return file
@@ -98,9 +88,7 @@ def drop(preset: Preset) -> None:
 
 def write(preset: Preset, file: Path) -> None:
     """Write a preset as JSON; the file is whole at any time. Raises OSError."""
-    beside = file.with_name(f"{file.name}.tmp")
-    beside.write_text(json.dumps(preset.to_json(), indent=1), encoding="utf-8")
-    os.replace(beside, file)
+    preset_files.write(preset.to_json(), file)
 
 
 def load(file: Path) -> Preset:
@@ -178,32 +166,9 @@ def _shape(noted: Any, value: TransferFunction) -> Shape | None:
 
 
 def _described() -> Iterator[tuple[str, Any, Path | None]]:
-    own = sorted(own_folder().glob("*.json"))
-    for file in (*own, *sorted(FOLDER.glob("*.json"))):
-        try:
-            listed = json.loads(file.read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError) as error:
-            _refused[file.name] = str(error)
-            continue
-        for one in listed if isinstance(listed, list) else [listed]:
-            name = one.get("name", "") if isinstance(one, dict) else ""
-            yield f"{file.name}/{name}", one, file if file in own else None
+    yield from preset_files.described(_refused)
     for one in colormaps():
         yield one["name"], one, None
-    from nodegraph import plugins
-
-    for plugin in plugins.discover("nodegraph.presets"):
-        offered = plugin.object
-        try:
-            offered = offered() if callable(offered) else offered
-        except Exception as error:
-            _refused[plugin.name] = plugins.explain_failure(error)
-            continue
-        if plugin.reason:
-            _refused[plugin.name] = plugin.reason
-            continue
-        for one in offered if isinstance(offered, (list, tuple)) else [offered]:
-            yield plugin.name, one, None
 
 
 def thumbnail(function: TransferFunction, width: int, height: int, solid: bool = False) -> QPixmap:

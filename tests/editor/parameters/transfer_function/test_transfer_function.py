@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from nodegraph import plugins
 from nodegraph.data import TransferFunction, Volume
+from nodegraph.editor.parameters import preset_files
 from nodegraph.editor.parameters.transfer_function import axes, histogram, keys, presets
 
 LEFT = Qt.MouseButton.LeftButton
@@ -279,7 +280,7 @@ def test_presets_of_plugins(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_shipped_presets_are_json_of_their_kind() -> None:
-    for file in presets.FOLDER.glob("*.json"):
+    for file in preset_files.FOLDER.glob("*.json"):
         for one in json.loads(file.read_text(encoding="utf-8")):
             read = presets.read(one)
             assert read is not None

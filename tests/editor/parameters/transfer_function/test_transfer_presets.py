@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from nodegraph.data import TransferFunction
 from nodegraph.data.image import srgb_encode
+from nodegraph.editor.parameters import preset_files
 from nodegraph.editor.parameters.transfer_function import colormaps, grips, keys, presets
 from nodegraph.editor.parameters.transfer_function.bells import Bell, Shape
 from nodegraph.errors import FormatError
@@ -42,7 +43,7 @@ def test_one_of_ones_own_is_saved_used_and_deleted(field: Any, session: Any, qtb
     qtbot.keyClick(field.list.name, Qt.Key.Key_Return)
     assert field.list.list.item(0).text() == "Own: Two hills/1", "one's own come first"
     field.list.close()
-    file = presets.own_folder() / "Two_hills_1.json"
+    file = preset_files.own_folder() / "Two_hills_1.json"
     assert json.loads(file.read_text())["unit"] == "HU"
     session.network.set("all.table", FUNCTION)
     assert not field.canvas.shape.bells
