@@ -24,7 +24,9 @@ TOLERANCE = 1e-3
 """What the keys may miss of the extinction, and of extinction times colour, as a part of the highest bell there."""
 REACH = 4.0
 """Widths from the centre at which a bell ends: 3.4e-4 of its peak is cut there, which `TOLERANCE` includes."""
-_GRID = 192  #: samples between two marks on which the error is measured
+MEASURED = 0.85
+"""Part of `TOLERANCE` that is allowed at the samples: between them the curve bends a little more."""
+_GRID = 128  #: parts between two marks, at whose ends the error is measured
 _LEAST = 1e-9  #: the least width, as a part of the value's own size
 
 Rows = NDArray[np.float64]
@@ -107,77 +109,100 @@ def compose(base: TransferFunction, bells: tuple[Bell, ...]) -> TransferFunction
     """
     if not bells:
         return base
-    marks = sorted({key.value for key in base.keys} | {place for b in bells for place in (b.low, b.center, b.high)})
-    pieces = [
-        _piece(base, tuple(b for b in bells if b.low <= low and high <= b.high), low, high)
-        for low, high in itertools.pairwise(marks)
-    ]
+    marks = np.array(sorted({k.value for k in base.keys} | {at for b in bells for at in (b.low, b.center, b.high)}))
+    peaks = [float(base.extinction(bell.opacity)) for bell in bells]
+    pieces = _pieces(base, bells, peaks, marks)
     outside = [_end(base, marks[0], -math.inf), _end(base, marks[-1], math.inf)]
-    peak = max(float(base.extinction(bell.opacity)) for bell in bells)
     rows: list[Rows] = []
     for left, right in itertools.pairwise([outside[0], *pieces, outside[1]]):
-        rows += _seam(left, right, peak)
+        rows += _seam(left, right, max(peaks))
         rows += list(right[1:-1])
     return TransferFunction([_key(row, base.reference_length) for row in rows], base.reference_length)
 
 
-def _sum(base_ends: Rows, bells: Sequence[tuple[Bell, float]], x: Rows, low: float, high: float) -> Rows:
-    """Value, extinction times colour and extinction at places from low to high, (n, 5)."""
-    share = ((x - low) / (high - low))[:, None]
-    flat = base_ends[0] * (1.0 - share) + base_ends[1] * share
-    rows = np.column_stack([x, flat[:, :3] * flat[:, 3:], flat[:, 3]])
-    for bell, peak in bells:
+def _pieces(base: TransferFunction, bells: Sequence[Bell], peaks: Sequence[float], marks: Rows) -> list[Rows]:
+    """Keys from mark to mark, ends included: value, linear RGB, extinction, each (n, 5).
+
+    All pieces are sampled at once, and get more keys until each is near enough.
+    """
+    low, high = marks[:-1], marks[1:]
+    reach = np.array([[b.low <= a and c <= b.high for b in bells] for a, c in zip(low, high, strict=True)])
+    allowed = MEASURED * TOLERANCE * (reach * np.asarray(peaks)).max(axis=1)
+    true = _samples(base, bells, peaks, low, high)
+    colors = _colors(true)
+    bend = np.zeros(true.shape[:2])
+    bend[:, 1:-1] = np.abs(np.diff(true[..., 1:], 2, axis=1)).max(axis=2)
+    bend[:, 0], bend[:, -1] = bend[:, 1], bend[:, -2]
+    strain = np.cumsum(np.sqrt(bend), axis=1)
+    strain -= strain[:, :1]
+    counts = np.ones(len(low), int)
+    wrong = np.flatnonzero(allowed > 0.0)
+    counts[wrong] = np.maximum(1, np.ceil(strain[wrong, -1] / np.sqrt(8.0 * allowed[wrong])))
+    knots = [np.array([0, _GRID])] * len(low)
+    while len(wrong):
+        for piece in wrong:
+            knots[piece] = _knots(strain[piece], int(counts[piece]))
+        errors = _errors(true[wrong], colors[wrong], [knots[piece] for piece in wrong])
+        still = (errors > allowed[wrong]) & (counts[wrong] < _GRID)
+        # The error falls with the square of the count.
+        more = np.sqrt(errors[still] / allowed[wrong[still]])
+        wrong = wrong[still]
+        counts[wrong] = np.minimum(_GRID, np.ceil(counts[wrong] * np.maximum(more, 1.02)) + 1)
+    return [
+        np.column_stack([true[piece, at, 0], colors[piece, at], true[piece, at, 4]]) for piece, at in enumerate(knots)
+    ]
+
+
+def _samples(base: TransferFunction, bells: Sequence[Bell], peaks: Sequence[float], low: Rows, high: Rows) -> Rows:
+    """Value, extinction times colour, extinction at the samples of each piece, (pieces, samples, 5)."""
+    share = np.linspace(0.0, 1.0, _GRID + 1)
+    x = low[:, None] + (high - low)[:, None] * share
+    x[:, -1] = high
+    ends = base.evaluate(np.stack([low, np.nextafter(high, low)]))
+    flat = ends[0][:, None] * (1.0 - share[:, None]) + ends[1][:, None] * share[:, None]
+    rows = np.concatenate([x[..., None], flat[..., :3] * flat[..., 3:], flat[..., 3:]], axis=2)
+    for bell, peak in zip(bells, peaks, strict=True):
         up = peak * np.exp(-0.5 * ((x - bell.center) / bell.width) ** 2)
         up[(x <= bell.low) | (x >= bell.high)] = 0.0
-        rows[:, 1:4] += up[:, None] * np.asarray(bell.color)
-        rows[:, 4] += up
+        rows[..., 1:4] += up[..., None] * np.asarray(bell.color)
+        rows[..., 4] += up
+    # Where nothing is seen, the base's colour is the one that goes on.
+    unseen = ~rows[..., 4].any(axis=1)
+    rows[unseen, :, 1:4] = flat[unseen, :, :3]
     return rows
 
 
-@functools.lru_cache(maxsize=256)  # while one bell is dragged, what the others do elsewhere stays
-def _piece(base: TransferFunction, bells: tuple[Bell, ...], low: float, high: float) -> Rows:
-    """Keys from mark to mark, ends included: value, linear RGB, extinction, (n, 5). All bells reach over all of it."""
-    ends = base.evaluate([low, np.nextafter(high, low)])
-    active = [(bell, float(base.extinction(bell.opacity))) for bell in bells]
-    if not any(peak > 0.0 for _, peak in active):
-        return np.column_stack([[low, high], ends])
-    x = low + (high - low) * np.linspace(0.0, 1.0, _GRID + 1)
-    x[-1] = high
-    true = _sum(ends, active, x, low, high)
-    colors = _colors(true)
-    allowed = TOLERANCE * max(peak for _, peak in active)
-    bend = np.abs(np.diff(true[:, 1:], 2, axis=0)).max(axis=1)
-    strain = np.concatenate([[0.0], np.cumsum(np.sqrt(np.concatenate([bend[:1], bend])))])
-    count = max(1, math.ceil(strain[-1] / math.sqrt(8.0 * allowed)))
-    while True:
-        knots = np.unique(np.rint(np.interp(np.linspace(0.0, strain[-1], count + 1), strain, range(_GRID + 1))))
-        knots = knots.astype(int)
-        knots[0], knots[-1] = 0, _GRID
-        if count >= _GRID or _error(true, colors, knots) <= allowed:
-            break
-        count = min(_GRID, math.ceil(count * 1.1) + 1)
-    return np.column_stack([x[knots], colors[knots], true[knots, 4]])
-
-
 def _colors(rows: Rows) -> Rows:
-    """Colours of sums, (n, 3); where nothing is seen, that of the nearest place where something is."""
-    seen = np.flatnonzero(rows[:, 4] > 0.0)
-    colors = np.zeros((len(rows), 3))
-    colors[seen] = rows[seen, 1:4] / rows[seen, 4:]
-    places = np.arange(len(rows))
-    nearest = seen[np.clip(np.searchsorted(seen, places), 0, len(seen) - 1)]
-    return np.asarray(colors[np.where(rows[:, 4] > 0.0, places, nearest)])
+    """Colours of sums, (pieces, samples, 3). At an end of a piece where nothing is seen, that of the next sample."""
+    up = rows[..., 4:]
+    colors = rows[..., 1:4] / np.where(up > 0.0, up, 1.0)
+    for end, beside in ((0, 1), (-1, -2)):
+        dark = (up[:, end, 0] <= 0.0) & (up[:, beside, 0] > 0.0)
+        colors[dark, end] = colors[dark, beside]
+    return np.asarray(colors)
 
 
-def _error(true: Rows, colors: Rows, knots: NDArray[np.int64]) -> float:
-    """The most that keys at some samples miss of extinction, and of extinction times colour."""
-    x, at = true[:, 0], true[knots, 0]
-    up = np.interp(x, at, true[knots, 4])
-    worst = float(np.abs(up - true[:, 4]).max())
-    for channel in range(3):
-        made = np.interp(x, at, colors[knots, channel]) * up
-        worst = max(worst, float(np.abs(made - true[:, 1 + channel]).max()))
-    return worst
+def _knots(strain: Rows, count: int) -> NDArray[np.int64]:
+    """Samples at which keys stand: as many as are asked for, where it bends most."""
+    if count <= 1:
+        return np.array([0, _GRID])
+    places = np.interp(np.linspace(0.0, strain[-1], count + 1), strain, np.arange(_GRID + 1.0))
+    places[0], places[-1] = 0.0, _GRID
+    return np.asarray(np.unique(np.rint(places).astype(int)))
+
+
+def _errors(true: Rows, colors: Rows, knots: Sequence[NDArray[np.int64]]) -> Rows:
+    """The most that keys at some samples of each piece miss of extinction, and of extinction times colour."""
+    samples = np.arange(_GRID + 1)
+    first = [np.minimum(np.searchsorted(at, samples, "right") - 1, len(at) - 2) for at in knots]
+    before = np.stack([at[place] for at, place in zip(knots, first, strict=True)])
+    after = np.stack([at[place + 1] for at, place in zip(knots, first, strict=True)])
+    piece = np.arange(len(knots))[:, None]
+    share = ((samples - before) / (after - before))[..., None]
+    rows = np.concatenate([colors, true[..., 4:]], axis=2)
+    made = rows[piece, before] * (1.0 - share) + rows[piece, after] * share
+    made[..., :3] *= made[..., 3:]
+    return np.asarray(np.abs(made - true[..., 1:]).max(axis=(1, 2)))
 
 
 def _end(base: TransferFunction, mark: float, side: float) -> Rows:

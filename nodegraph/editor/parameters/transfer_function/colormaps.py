@@ -1,6 +1,6 @@
 """Colour maps made from published formulas, as presets that change colours and leave opacities alone.
 
-The tables in ``nodegraph/editor/presets/colour_maps.json`` join them there; it says whose they are.
+The tables in ``nodegraph/editor/presets/maps.json`` join them there; it says whose they are.
 """
 
 from __future__ import annotations

@@ -229,7 +229,8 @@ class TransferFunctionField(Field):
                 self.edited.emit(function)
         finally:
             self._putting = False
-        self.show_value(self.function)
+        if self.canvas.shape != shape:  # the function is as it was, and nobody was told
+            self.show_value(self.function)
 
     def open_presets(self) -> None:
         """Open the list of presets."""

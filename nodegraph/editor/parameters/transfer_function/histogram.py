@@ -36,7 +36,7 @@ AGAIN_MS = 300
 """After this time one looks again whether a drag is over."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Histogram:
     """How often real values occur. counts: (bins,) over low..high, ends included; unit: of the values.
 

@@ -120,6 +120,8 @@ class LabelTable(QWidget):
     def show_function(self, function: TransferFunction) -> None:
         """Show what a function makes of the labels."""
         self.function = function
+        if not self.ids:
+            return
         found = labels.read(function, self.ids, self._noted())
         how = self._interpolation()
         self.note.setVisible(how != "nearest")

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPalette, QPen, QPolyg
 from nodegraph.editor.parameters.color import to_qcolor
 from nodegraph.editor.parameters.look import accent, blend, ink
 from nodegraph.editor.parameters.transfer_function import grips, keys
+from nodegraph.editor.parameters.transfer_function.axes import height
 from nodegraph.editor.parameters.transfer_function.grips import Grip
 
 if TYPE_CHECKING:
@@ -95,7 +96,8 @@ def draw_parts(plot: Plot, painter: QPainter, palette: QPalette) -> None:
     for opacities, color in curves:
         painter.setPen(QPen(color, 1.0, Qt.PenStyle.DashLine))
         xs = plot.area.left() + plot.axis.place(values) * plot.area.width()
-        painter.drawPolyline([QPointF(x, plot.y(up)) for x, up in zip(xs.tolist(), opacities.tolist(), strict=True)])
+        ys = plot.area.bottom() - height(opacities, plot.scale) * plot.area.height()
+        painter.drawPolyline([QPointF(x, y) for x, y in zip(xs.tolist(), ys.tolist(), strict=True)])
 
 
 def draw_guides(plot: Plot, painter: QPainter, palette: QPalette) -> None:

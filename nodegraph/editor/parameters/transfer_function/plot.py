@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QFontMetricsF, QImage, QPainter, QPainterPath, QPalette, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPalette, QPen, QPolygonF
 
 from nodegraph.data import TransferFunction
 from nodegraph.data.image import srgb_encode
@@ -38,6 +40,7 @@ class Plot:
         self.band: tuple[float, float] | None = None  # values that the views are asked to show
         self.rubber: QRectF | None = None
         self.area = QRectF()
+        self._drawn: tuple[Any, QImage] | None = None  # the histogram as it was drawn last, and for what
 
     def show(self, shape: Shape) -> None:
         """Draw this from now on."""
@@ -148,27 +151,12 @@ class Plot:
         histogram = self.histogram
         if histogram is None or not histogram.counts.any():
             return
-        counts = histogram.counts.astype(np.float64)
-        if self.histogram_scale == "logarithmic":
-            heights = np.log1p(counts) / np.log1p(counts.max())
-        else:
-            # The air around a patient is most of a volume; the rest is to be seen beside it.
-            heights = np.minimum(counts / max(np.sort(counts)[-min(len(counts), 4)], 1.0), 1.0)
-        edges = np.linspace(histogram.low, histogram.high, len(counts) + 1)
-        xs = self.area.left() + self.axis.place(edges) * self.area.width()
-        bottom, tall = self.area.bottom(), self.area.height() * 0.96
-        seen = np.flatnonzero((xs[1:] >= self.area.left()) & (xs[:-1] <= self.area.right()))
-        if not len(seen):
-            return
-        shape = QPolygonF([QPointF(float(xs[seen[0]]), bottom)])
-        for i in seen:
-            y = bottom - float(heights[i]) * tall
-            shape.append(QPointF(float(xs[i]), y))
-            shape.append(QPointF(float(xs[i + 1]), y))
-        shape.append(QPointF(float(xs[seen[-1] + 1]), bottom))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(ink(palette, 0.22))
-        painter.drawPolygon(shape)
+        color = ink(palette, 0.22)
+        size = max(1, round(self.area.width())), max(1, round(self.area.height()))
+        wanted = (histogram, self.histogram_scale, self.axis.low, self.axis.high, size, color.rgb())
+        if self._drawn is None or self._drawn[0] != wanted:
+            self._drawn = wanted, histogram_image(histogram, self.histogram_scale, self.axis, size, color)
+        painter.drawImage(self.area, self._drawn[1])
 
     def _columns(self) -> np.ndarray:
         """The value in the middle of each pixel of the plot's width."""
@@ -189,21 +177,20 @@ class Plot:
         keys = self.function.keys
         low, high = keys[0], keys[-1]
         # The keys themselves, left and right of steps, among the samples: corners stay corners.
-        corners = [(key.value, place, key.opacity) for place, key in enumerate(keys)]
-        inside = (values > low.value) & (values < high.value)
-        for key in keys:
-            inside &= values != key.value
-        samples = [(float(v), -1, float(o)) for v, o in zip(values[inside], opacities[inside], strict=True)]
-        points = sorted([*corners, *samples])
-        path = QPainterPath(QPointF(self.area.left(), self.y(low.opacity)))
-        if low.value < self.axis.low:
-            path = QPainterPath(QPointF(self.x(low.value), self.y(low.opacity)))
-        for value, _, up in points:
-            path.lineTo(self.x(value), self.y(up))
-        path.lineTo(max(self.area.right(), self.x(high.value)), self.y(high.opacity))
+        at = np.array([key.value for key in keys])
+        inside = (values > low.value) & (values < high.value) & ~np.isin(values, at)
+        x = np.concatenate([at, values[inside]])
+        ups = np.concatenate([[key.opacity for key in keys], opacities[inside]])
+        order = np.argsort(x, kind="stable")  # halves of steps keep their order
+        xs = (self.area.left() + self.axis.place(x[order]) * self.area.width()).tolist()
+        ys = (self.area.bottom() - height(ups[order], self.scale) * self.area.height()).tolist()
+        points = QPolygonF([QPointF(min(self.area.left(), xs[0]), ys[0])])
+        for place in zip(xs, ys, strict=True):
+            points.append(QPointF(*place))
+        points.append(QPointF(max(self.area.right(), xs[-1]), ys[-1]))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(ink(palette, 0.9), 1.4))
-        painter.drawPath(path)
+        painter.drawPolyline(points)
 
     def _draw_strip(self, painter: QPainter, palette: QPalette, colors: np.ndarray) -> None:
         strip = QRectF(self.area.left(), self.area.bottom() + 4.0, self.area.width(), STRIP)
@@ -233,6 +220,28 @@ def draw_values(painter: QPainter, palette: QPalette, axis: ValueAxis, area: QRe
         half = metrics.horizontalAdvance(text) / 2
         if x + half <= end:
             painter.drawText(QRectF(x - half - 1, top + 3.0, 2 * half + 2, 14.0), Qt.AlignmentFlag.AlignCenter, text)
+
+
+def histogram_image(histogram: Histogram, scale: str, axis: ValueAxis, size: tuple[int, int], color: QColor) -> QImage:
+    """A histogram over an axis, transparent where there is nothing: of the bins in a column of pixels the highest."""
+    counts = histogram.counts.astype(np.float64)
+    if scale == "logarithmic":
+        heights = np.log1p(counts) / np.log1p(counts.max())
+    else:
+        # The air around a patient is most of a volume; the rest is to be seen beside it.
+        heights = np.minimum(counts / max(np.sort(counts)[-min(len(counts), 4)], 1.0), 1.0)
+    width, rows = size
+    edges = axis.low + axis.span * np.arange(width + 1) / width
+    bins = np.floor((edges - histogram.low) / (histogram.high - histogram.low) * len(counts)).astype(int)
+    there = (bins[1:] >= 0) & (bins[:-1] < len(counts))
+    first = np.clip(bins[:-1], 0, len(counts) - 1)
+    last = np.clip(np.maximum(bins[1:], bins[:-1] + 1), first + 1, len(counts))
+    tops = np.maximum.reduceat(np.append(heights, 0.0), np.stack([first, last], axis=1).ravel())[::2] * there
+    pixels = np.empty((rows, width, 4), np.uint8)
+    pixels[..., :3] = color.red(), color.green(), color.blue()
+    level = rows - np.arange(rows) - 1.0
+    pixels[..., 3] = np.clip(tops * 0.96 * rows - level[:, None], 0.0, 1.0) * 255.0
+    return QImage(pixels.data, width, rows, 4 * width, QImage.Format.Format_RGBA8888).copy()
 
 
 def legible_tick(opacity: float) -> str:

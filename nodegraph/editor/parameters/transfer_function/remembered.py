@@ -5,6 +5,7 @@ They hold as long as the document has the very keys that were written; somebody 
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 from collections.abc import Iterator
@@ -49,6 +50,7 @@ def note(place: Place, shape: Shape) -> SetUI | None:
     return SetUI(place.path, KEY, after or None) if after != before else None
 
 
+@functools.lru_cache(maxsize=64)
 def digest(function: TransferFunction) -> str:
     """What tells a function from every other."""
     text = json.dumps(function.to_json(), sort_keys=True)
