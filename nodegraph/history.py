@@ -26,12 +26,14 @@ class History:
     """The steps that led to the present state of a network.
 
     ``observers`` are called with the commands that were done, undone or redone, after each change. ``modified``
-    compares with the state that `mark_saved` was called in.
+    compares with the state that `mark_saved` was called in. ``act`` says to observers what happens: "do", "undo",
+    "redo", or "cancel" of a gesture.
     """
 
     def __init__(self, network: Network) -> None:
         self.network = network
         self.observers: list[Callable[[list[Command]], object]] = []
+        self.act = "do"
         self._done: list[Step] = []
         self._undone: list[Step] = []
         self._gesture: Step | None = None
@@ -48,7 +50,7 @@ class History:
             self._done.append(Step(command.name, [command]))
         elif not (self._gesture.commands and self._gesture.commands[-1].absorb(command)):
             self._gesture.commands.append(command)
-        self._tell([command])
+        self._tell([command], "do")
         return command
 
     @contextmanager
@@ -81,13 +83,13 @@ class History:
         """End the gesture and take back what it did."""
         step, self._gesture = self._gesture, None
         if step is not None:
-            self._revert(step)
+            self._revert(step, "cancel")
 
     def undo(self) -> None:
         """Take back the last step. Raises CommandError when there is none or while a gesture is under way."""
         step = self._take(self._done, "undo")
         self._undone.append(step)
-        self._revert(step)
+        self._revert(step, "undo")
 
     def redo(self) -> None:
         """Do again the step that was taken back last. Raises CommandError when there is none."""
@@ -95,7 +97,7 @@ class History:
         for command in step.commands:
             command.apply(self.network)
         self._done.append(step)
-        self._tell(step.commands)
+        self._tell(step.commands, "redo")
 
     @property
     def undo_name(self) -> str:
@@ -106,6 +108,11 @@ class History:
     def redo_name(self) -> str:
         """Name of the step that `redo` does again, empty when there is none."""
         return self._undone[-1].name if self._undone else ""
+
+    @property
+    def open_step(self) -> Step | None:
+        """The step of the gesture under way, None where there is none."""
+        return self._gesture
 
     @property
     def modified(self) -> bool:
@@ -136,16 +143,17 @@ class History:
             raise CommandError(f"{what}: there is nothing to {what}")
         return steps.pop()
 
-    def _revert(self, step: Step) -> None:
+    def _revert(self, step: Step, act: str) -> None:
         for command in reversed(step.commands):
             command.revert(self.network)
-        self._tell(step.commands)
+        self._tell(step.commands, act)
 
     def _forget_undone(self) -> None:
         if any(step is self._saved for step in self._undone):
             self._lost = True
         self._undone.clear()
 
-    def _tell(self, commands: list[Command]) -> None:
+    def _tell(self, commands: list[Command], act: str) -> None:
+        self.act = act
         for observer in list(self.observers):
             observer(commands)
