@@ -83,9 +83,9 @@ class Recording:
             self.network.history.observers.remove(self._see)
 
     @property
-    def empty(self) -> bool:
-        """Whether nothing was done yet."""
-        return not self._blocks
+    def steps(self) -> int:
+        """How many things were done: edits, gestures, undo, redo, saves."""
+        return len(self._blocks)
 
     def saved(self, path: Path) -> None:
         """Note that the network was saved."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import keyword
+import re
 from pathlib import Path
 
-from nodegraph import formats, registry
+from nodegraph import formats, locations, registry
 from nodegraph.errors import CommandError
+from nodegraph.kernel_sources import kernel_source
 from nodegraph.processor import Processor
 from nodegraph.signature import camel
 
@@ -124,3 +127,40 @@ def new_processor(name: str, folder: str | Path = ".", *, glsl: bool = False) ->
             filled = text if path.suffix == ".glsl" else text.format(name=camel(parts[-1]), id=id)
             part.write_text(filled, "utf-8")
     return [source, test]
+
+
+def copy_processor(id: str, folder: str | Path) -> tuple[list[Path], str]:
+    """Copy a processor into a plug-in folder, with its kernels and what they include; return the files and its new id.
+
+    ``filter.blur`` becomes ``filter.my_blur``. Kernels lie in ``shaders/`` of the folder, where its processors find
+    them before the built-in ones. Raises CommandError or UnknownProcessor.
+    """
+    original = registry.find(id)
+    source, home = Path(original.file), locations.plugin_folder(Path(folder), "")
+    kernels_at = home.shaders[0] if len(home.shaders) > 2 else Path(folder) / "shaders"
+    category, _, stem = original.id.rpartition(".")
+    taken = set(registry.ids())
+    names = (f"my_{stem}" if n == 1 else f"my_{stem}_{n}" for n in itertools.count(1))
+    parts = [*filter(None, category.split("."))]
+    parts.append(next(name for name in names if ".".join([*parts, name]) not in taken))
+    old, new = original.id.replace(".", "/"), "/".join(parts)
+    text = re.sub(
+        r"(?im)^//\s*formerly:.*\n|^\s*formerly\b[^=\n]*=\s*(?:\([^)]*\)|[^\n]*)\n", "", source.read_text("utf-8")
+    )
+    texts: dict[Path, str] = {}
+    if source.suffix == ".py":
+        # A kernel that is called after the processor is called after the copy.
+        text = re.sub(rf"([\"']){old}\1", rf"\g<1>{new}\1", text)
+        text = re.sub(rf"\b{original.__name__}\b", camel(parts[-1]), text)
+        for kernel in original.kernels:
+            found = kernel_source(original, kernel)
+            for short, place in zip(found.files, found.paths, strict=True):
+                own = f"{new}.glsl" if short == f"{old}.glsl" else short
+                texts[kernels_at / own] = Path(place).read_text("utf-8")
+    texts[home.processors.joinpath(*parts).with_suffix(source.suffix)] = text
+    written = [path for path in texts if not path.exists()]
+    for path in written:
+        formats.make_folder(path.parent)
+        with formats.replacing(path) as part:
+            part.write_text(texts[path], "utf-8")
+    return written, ".".join(parts)

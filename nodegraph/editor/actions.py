@@ -80,6 +80,8 @@ MENUS: dict[str, tuple[Told | None, ...]] = {
         _on_canvas("straighten"),
         None,
         _on_canvas("layout_all"),
+        Told("show_shader", "Edit the shader"),
+        Told("show_recorder", "Show the recorder"),
         Told("retry", "Try again what failed", "retry", "F5"),
     ),
     "&View": (

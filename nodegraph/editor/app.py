@@ -17,6 +17,7 @@ from nodegraph.editor.recovering import offer, recover
 from nodegraph.editor.recovery import lost_documents
 from nodegraph.editor.session import Session
 from nodegraph.editor.settings import Settings
+from nodegraph.editor.shader_editor.copying import use_own_folder
 from nodegraph.editor.window import Window
 from nodegraph.engine import Engine
 
@@ -39,6 +40,7 @@ def open_window(
     ``after``: the number of the process that crashed; what it had open is open again.
     """
     app = application()
+    use_own_folder()
     settings = settings if settings is not None else Settings()
     chosen = settings.get("theme", "system")
     theme.apply(app, chosen if chosen in theme.THEMES else "system")

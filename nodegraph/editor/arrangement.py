@@ -16,7 +16,7 @@ LAYOUT = "window"
 """Key of the document's ``ui`` that holds where the panels are."""
 AREAS: dict[Qt.DockWidgetArea, tuple[str, ...]] = {
     Qt.DockWidgetArea.LeftDockWidgetArea: ("palette",),
-    Qt.DockWidgetArea.RightDockWidgetArea: ("parameters", "help"),
+    Qt.DockWidgetArea.RightDockWidgetArea: ("parameters", "help", "shader"),
     Qt.DockWidgetArea.BottomDockWidgetArea: (
         "messages",
         "profile",
@@ -27,6 +27,7 @@ AREAS: dict[Qt.DockWidgetArea, tuple[str, ...]] = {
         "measures",
         "timeline",
         "console",
+        "recorder",
     ),
 }
 """Where each panel is at first; the first of an area is in front."""

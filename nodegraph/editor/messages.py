@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QKeySequence, QPainter, QPalette, QShortcut
 from PySide6.QtWidgets import (
@@ -24,6 +27,7 @@ from nodegraph.report import Report
 KEPT = 500
 _MESSAGE = Qt.ItemDataRole.UserRole
 _COUNT = Qt.ItemDataRole.UserRole + 1
+_KERNEL = re.compile(r"(.*\.glsl)(?::(\d+))?")
 _MARGIN, _ICON, _GAP = 10, 16, 3
 
 Index = QModelIndex | QPersistentModelIndex
@@ -50,6 +54,7 @@ def _sentence(text: str) -> str:
 class Messages(QWidget):
     """The list, newest at the end. A click selects the node. An error goes when its node is well again."""
 
+    kernel_chosen = Signal(object, int)  # Path, line or 0
     counted = Signal(int)  # how many errors stand there
 
     def __init__(self, session: Session) -> None:
@@ -138,6 +143,8 @@ class Messages(QWidget):
         if path in self.session.network:
             self.session.enter(path.rpartition("/")[0])
             self.session.select(path)
+        elif match := _KERNEL.match(path):
+            self.kernel_chosen.emit(Path(match[1]), int(match[2] or 0))
 
     def _copy(self) -> None:
         item = self.list.currentItem()

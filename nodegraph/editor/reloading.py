@@ -33,6 +33,7 @@ class Reloader(QObject):
         self.session = session
         self.reloading = Reloading()
         self.refused: list[Outcome] = []
+        self.kernels: list[Path] = []
         self._busy = self._again = False
         self._watcher = QFileSystemWatcher(self)
         self._soon = QTimer(self)
@@ -67,6 +68,7 @@ class Reloader(QObject):
         for gone in set(map(place_of, self.refused)) - set(map(place_of, seen.refused)):
             self.mended.emit(gone)
         self.refused = seen.refused
+        self.kernels = [Path(place) for place in seen.places if place.endswith(".glsl")]
         if seen.outcomes:
             self._tell(seen.outcomes)
             self.looked.emit(seen.outcomes)
@@ -78,7 +80,9 @@ class Reloader(QObject):
         for one in outcomes:
             if one.reason:
                 self.session.tell(
-                    "error", f"{place_of(one)}: {one.reason}; what was there before stays in use", place_of(one)
+                    "error",
+                    f"{place_of(one)}: the new text fails: {one.reason}; what was there before stays in use",
+                    place_of(one),
                 )
             else:
                 self.session.tell("info", f"{one.id} was loaded anew from {one.file}", str(one.file))

@@ -35,10 +35,12 @@ from nodegraph.editor.palette import Palette
 from nodegraph.editor.parameters import ParameterPanel
 from nodegraph.editor.profile import Profile
 from nodegraph.editor.quality.panel import QualityPanel
+from nodegraph.editor.recorder import Recorder
 from nodegraph.editor.recovery import Autosave
 from nodegraph.editor.reloading import Reloader
 from nodegraph.editor.session import Session
 from nodegraph.editor.settings import Settings
+from nodegraph.editor.shader_editor import ShaderPanel
 from nodegraph.editor.status import Banner, Status
 from nodegraph.editor.view_docks import ViewDocks
 from nodegraph.editor.views.browser import ImageBrowser
@@ -91,6 +93,8 @@ class Window(QMainWindow):
         self.compare = CompareView(self.session)
         self.quality = QualityPanel(self.session, self.settings)
         self.timeline = Timeline(self.session)
+        self.recorder = Recorder(self.session)
+        self.shader = ShaderPanel(self.session, self.reloader)
         self._add_dock("palette", "Processors", self.palette_panel)
         self._add_dock("parameters", "Parameters", self.parameters)
         self._add_dock("help", "Help", self.help)
@@ -103,6 +107,8 @@ class Window(QMainWindow):
         self._add_dock("quality", "Quality", self.quality)
         self._add_dock("timeline", "Timeline", self.timeline)
         self._add_dock("console", "Python", self.console)
+        self._add_dock("recorder", "Recorder", self.recorder)
+        self._add_dock("shader", "Shader", self.shader)
         self.actions_by_name = actions.make(self)
         self.bar = actions.make_bar(self, self.actions_by_name)
         self.status = Status(self.session)
@@ -257,6 +263,18 @@ class Window(QMainWindow):
         self.docks[name].show()
         self.docks[name].raise_()
 
+    def show_shader(self, path: Path | None = None, line: int = 0) -> None:
+        """Bring the editor of kernels to the front, with a file where one is named."""
+        self.docks["shader"].show()
+        self.docks["shader"].raise_()
+        if path is not None:
+            self.shader.open(path, line)
+
+    def show_recorder(self) -> None:
+        """Bring what was recorded to the front."""
+        self.docks["recorder"].show()
+        self.docks["recorder"].raise_()
+
     def show_welcome(self) -> None:
         """Show the page with examples and recent files; the document stays open behind it."""
         self.welcome.refresh()
@@ -303,6 +321,7 @@ class Window(QMainWindow):
         self.messages.counted.connect(self._count_errors)
         self.reloader.looked.connect(lambda _outcomes: self.palette_panel.refresh())
         self.reloader.mended.connect(self.messages.forget)
+        self.messages.kernel_chosen.connect(self.show_shader)
         self.beginning.refused.connect(self._show_messages)
         self.beginning.done.connect(self._show_whole)
         self.welcome.wants_data.connect(self.new_from_data)

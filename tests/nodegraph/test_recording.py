@@ -123,7 +123,7 @@ def test_where_a_recording_begins(tmp_path: Path) -> None:
     net.save(tmp_path / "net.json")
     opened = workspace.load(tmp_path / "net.json")
     recording = Recording(opened)
-    assert recording.empty
+    assert recording.steps == 0
     opened.set("ct.time", 1)
     assert f"net = nodegraph.load({str(tmp_path / 'net.json')!r})" in recording.text()
     opened.save()
