@@ -154,6 +154,11 @@ class Canvas(Board):
         self.unsetCursor()
         self.update()
 
+    def hideEvent(self, event: QEvent) -> None:
+        """What was held is let go; whoever hides the plot ends the gesture."""
+        self._let_go()
+        self._pan = self._rubber = self.plot.rubber = self._mouse = None
+
     def _let_go(self) -> None:
         self._move = None
         self.plot.guides = (None, None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -31,7 +32,8 @@ def nearest(at: float, catches: Iterable[Catch], reach: float) -> Catch | None:
     return best
 
 
-def peaks(histogram: Histogram, most: int = 12) -> list[float]:
+@functools.lru_cache(maxsize=4)
+def peaks(histogram: Histogram, most: int = 12) -> tuple[float, ...]:
     """Values at which a histogram has peaks, the most frequent first.
 
     A peak is the highest bin of a neighbourhood of a sixtieth of the range on either side, after smoothing, and
@@ -40,7 +42,7 @@ def peaks(histogram: Histogram, most: int = 12) -> list[float]:
     counts = histogram.counts.astype(np.float64)
     bins = len(counts)
     if bins < 5 or not counts.any():
-        return []
+        return ()
     logs = np.log1p(counts)
     reach = max(1, bins // 60)
     width = max(1, reach // 2)
@@ -56,7 +58,7 @@ def peaks(histogram: Histogram, most: int = 12) -> list[float]:
             found.append((float(counts[peak]), peak))
     size = (histogram.high - histogram.low) / bins
     best = sorted(set(found), reverse=True)[:most]
-    return [histogram.low + (place + 0.5) * size for _, place in best]
+    return tuple(histogram.low + (place + 0.5) * size for _, place in best)
 
 
 def _rise(heights: np.ndarray, place: int) -> float:

@@ -207,8 +207,8 @@ def test_peaks_of_a_histogram() -> None:
     hills = 1000 * np.exp(-0.5 * ((x - 100) / 10.0) ** 2) + 50 * np.exp(-0.5 * ((x - 300) / 12.0) ** 2)
     found = snap.peaks(histogram.Histogram(hills.astype(np.int64), -1000.0, 1000.0))
     assert found == pytest.approx([-497.5, 502.5], abs=6.0)
-    assert snap.peaks(histogram.Histogram(np.full(400, 7), 0.0, 1.0)) == []
-    assert snap.peaks(histogram.Histogram(np.zeros(400, np.int64), 0.0, 1.0)) == []
+    assert snap.peaks(histogram.Histogram(np.full(400, 7), 0.0, 1.0)) == ()
+    assert snap.peaks(histogram.Histogram(np.zeros(400, np.int64), 0.0, 1.0)) == ()
 
 
 # -- what is seen --------------------------------------------------------------------------------------------------
@@ -267,3 +267,19 @@ def test_parts_of_a_volume() -> None:
     data = np.arange(8, dtype="u1").reshape(2, 2, 2)
     part = histogram.count(Volume(data), ((0.5, 0.0, 0.0), (1.0, 1.0, 1.0)))
     assert part.counts.tolist() == [0, 1, 0, 1, 0, 1, 0, 1]
+
+
+def test_what_is_held_is_let_go_with_the_panel(field: Any, session: Any, qtbot: Any, at: Any, table: Any) -> None:
+    canvas = field.canvas
+    canvas.snaps = False
+    qtbot.mousePress(canvas, LEFT, pos=canvas.place_of(1).toPoint())
+    qtbot.mouseMove(canvas, at(610.0, 0.4))
+    moved = table()
+    assert moved != FUNCTION
+    session.select("cube")
+    assert not session.in_gesture
+    session.select("all")
+    qtbot.mouseMove(field.canvas, at(700.0, 0.2))
+    assert table() == moved
+    session.undo()
+    assert table() == FUNCTION
