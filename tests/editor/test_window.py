@@ -214,7 +214,7 @@ def test_panels_that_share_a_place_have_their_tabs_after_every_move(opened: Wind
     below = {"Messages", "Profile", "Images", "Compare", "Timeline", "Python"}
     for _ in range(3):
         opened.reset_layout()
-        qtbot.waitUntil(lambda: {"Parameters", "Help"} in shown() and any(below <= tabs for tabs in shown()))
+        qtbot.waitUntil(lambda: {"Parameters", "Help", "Shader"} in shown() and any(below <= tabs for tabs in shown()))
         assert len(shown()) == 2
 
 
