@@ -86,6 +86,12 @@ class DeviceService:
         """Greatest sizes that the device takes."""
         return dict(self._device.limits)
 
+    @property
+    def budget(self) -> int | None:
+        """Bytes that everything on the device may take, what lies on the host included where that is the same memory."""
+        limit: int | None = self._device.memory.budget.limit
+        return limit
+
     def fits(self, shape: Sequence[int], dtype: Any) -> bool:
         """Whether a volume (z, y, x) may lie on the device as a whole, within its budget."""
         return bool(self._device.fits(shape, dtype))

@@ -31,6 +31,9 @@ GROUP = 2
 COPIES = 4
 """Blocks that have to fit a device: the one that is rendered, what it is made of, and the next."""
 
+CHUNK_SHARE = 0.2
+"""Of the budget, what the unpacked chunks of a file may take that are kept for the next block."""
+
 LOOK = 8
 """Blocks between two looks at what is hidden already."""
 
@@ -101,16 +104,25 @@ def is_needed(volume: Volume, device: Any) -> bool:
     z, y, x = volume.buffer.shape[:3]
     if not device.fits((z, y, x), volume.dtype):
         return True
-    room = free_bytes()
-    return volume.buffer.chunks is not None and room is not None and volume.buffer.nbytes > ROOM_SHARE * room / 2
+    if volume.buffer.chunks is None:
+        return False
+    # What is read of chunks lies on the host as well.
+    rooms = [] if device.budget is None else [device.budget]
+    rooms += [] if (free := free_bytes()) is None else [free]
+    return any(2 * volume.buffer.nbytes > ROOM_SHARE * room for room in rooms)
 
 
 def block_size(volume: Volume, reach: int, device: Any) -> int:
-    """Cells along the edge of a block: the most that fits, some of them at a time. DeviceError where none does."""
+    """Cells along the edge of a block: the most that fits, some of them at a time. DeviceError where none does.
+
+    The chunks of a file that are kept count in the budget, too, so they get a share of it and no more.
+    """
+    kept = 0 if device.budget is None else volume.buffer.keep_at_most(int(CHUNK_SHARE * device.budget))
     size = BLOCK
     while size >= BRICK:
         side = size + 1 + 2 * reach
-        if device.fits((COPIES * side, side, side), volume.dtype):
+        layer = side * side * volume.dtype.itemsize
+        if device.fits((COPIES * side + -(-kept // layer), side, side), volume.dtype):
             return size
         size //= 2
     raise DeviceError(

@@ -133,6 +133,13 @@ class Buffer:
             return 0
         return self._chunked.resident + (0 if self._array is None else self.nbytes)
 
+    def keep_at_most(self, nbytes: int) -> int:
+        """Bytes that may be kept of what is read of a buffer in chunks: at most so many from now on. 0 for any other."""
+        if self._chunked is None:
+            return 0
+        self._chunked.keep_at_most(nbytes)
+        return self._chunked.kept_bytes
+
     def release(self) -> None:
         """Let go of what can be read again."""
         if self._chunked is not None:

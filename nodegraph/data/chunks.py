@@ -66,6 +66,12 @@ class ChunkedArray:
         """Bytes of the chunks that are kept now."""
         return self._bytes
 
+    def keep_at_most(self, nbytes: int) -> None:
+        """Keep fewer chunks from now on, where more were allowed."""
+        with self._lock:
+            self.kept_bytes = min(self.kept_bytes, nbytes)
+            self._shrink()
+
     def release(self) -> None:
         """Keep no chunk. What was handed out stays what it is."""
         with self._lock:
@@ -151,8 +157,11 @@ class ChunkedArray:
                 if key not in self._kept:
                     self._kept[key] = chunk
                     self._bytes += chunk.nbytes
-                while self._bytes > self.kept_bytes:
-                    self._bytes -= self._kept.popitem(last=False)[1].nbytes
+                self._shrink()
+
+    def _shrink(self) -> None:
+        while self._bytes > self.kept_bytes:
+            self._bytes -= self._kept.popitem(last=False)[1].nbytes
 
     def _checked(self, box: Box) -> Array:
         array = np.ascontiguousarray(self._read(box))

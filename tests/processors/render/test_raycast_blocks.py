@@ -211,8 +211,14 @@ def network(tmp_path):
     return made
 
 
-def test_a_small_budget_is_kept_and_shows_the_same_picture(network):
+@pytest.mark.parametrize("form", ["memory map", "chunks"])
+def test_a_small_budget_is_kept_and_shows_the_same_picture(network, tmp_path, form):
     size = (40, 30)
+    if form == "chunks":
+        import zarr
+
+        zarr.create_array(tmp_path / "v.zarr", data=np.load(tmp_path / "v.npy"), chunks=(16, 16, 16))
+        network["volume"].path = str(tmp_path / "v.zarr")
     with Engine("gl", disk=False) as engine:
         whole = engine.evaluate(network, "raycast.image", size=size).values["raycast", "image"].color
     budget, told = 1_200_000, []
