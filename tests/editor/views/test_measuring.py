@@ -10,12 +10,13 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from nodegraph.commands import Rename, Set
-from nodegraph.data import Plane
+from nodegraph.commands import Add, Connect, Rename, Set
+from nodegraph.data import Camera, Plane
 from nodegraph.editor.views import measures as m
 from nodegraph.editor.views.measure_list import MeasureList
 from nodegraph.editor.views.measured import KEY, Measured
 from nodegraph.editor.views.measures import Measure
+from nodegraph.editor.views.view import ViewWidget
 from nodegraph.engine import Engine
 from tests.editor.views.hands import LEFT, click, drag, move, size_of
 
@@ -208,3 +209,33 @@ def test_statistics_follow_the_data(section, session, measured, until) -> None:
     assert isinstance(session.engine, Engine)
     until(lambda: measured.statistics(measured.entries()[0]) is not None)
     assert measured.statistics(measured.entries()[0]) == before
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_picks_in_depth_lie_on_the_surface_that_is_cast(session, qtbot, until, measured, projection) -> None:
+    """A ball of 25 mm: both ends of a distance lie on it, where the rays through the clicks meet it."""
+    camera = Camera((20, -150, 40), (0, 0, 0), (0, 0, 1), projection, 25.0, 66.0)
+    session.do(Add("source.synthetic", "ball3", {"kind": "sphere", "voxels": (48, 48, 48)}))
+    session.do(Add("render.raycast", "cast", {"mode": "iso", "iso_value": 0.5, "camera": camera}))
+    session.do(Add("output.view", "round"))
+    session.do(Connect("ball3.volume", "cast.volume"))
+    session.do(Connect("cast.image", "round.image"))
+    widget = ViewWidget(session, "round")
+    qtbot.addWidget(widget)
+    widget.resize(240, 280)
+    widget.show()
+    facts = widget._facts
+    until(lambda: "ms" in facts.text() and "draft" not in facts.text() and widget.shown.size == widget.pixels)
+    size = size_of(widget)
+    clicks = [(size[0] // 2 - 30, size[1] // 2 + 20), (size[0] // 2 + 45, size[1] // 2 - 15)]
+    widget.toolbox.distance()
+    for place in clicks:
+        click(widget, *place)
+    (entry,) = measured.entries()
+    expected = []
+    for x, y in clicks:
+        origin, way = camera.ray(size, x, y)  # through the middle of the pixel
+        along = -(origin @ way) - math.sqrt((origin @ way) ** 2 - origin @ origin + 25.0**2)
+        expected.append(origin + along * way)
+    np.testing.assert_allclose(entry.measure.array, expected, atol=0.12)
+    assert m.distance(entry.measure.array) == pytest.approx(math.dist(*expected), abs=0.1)
