@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QToolBar
 
 from nodegraph.editor import theme
 from nodegraph.editor.canvas.menus import ACTIONS as CANVAS
+from nodegraph.editor.canvas.menus import ALIGN
 from nodegraph.editor.command_palette import Entry
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ MENUS: dict[str, tuple[Told | None, ...]] = {
         _on_canvas("rename_selection"),
         _on_canvas("group", "group"),
         _on_canvas("ungroup", "ungroup"),
+        _on_canvas("pull_out"),
         _on_canvas("accept_proposals"),
         _on_canvas("bend"),
         _on_canvas("straighten"),
@@ -176,6 +178,11 @@ def entries(window: Window) -> list[Entry]:
             found.append(
                 Entry("Command", action.text(), action.trigger, action.shortcut().toString(), "", action.icon())
             )
+    if len(window.session.selection) > 1:
+        found += [
+            Entry("Command", f"Align: {words}", partial(window.canvas.align, edge)) for edge, words in ALIGN.items()
+        ]
+        found.append(Entry("Command", CANVAS["layout_selection"][0], window.canvas.layout_selection))
     sign = theme.icon("node", window.palette())
     for id in window.palette_panel.ids():
         category, _, name = id.rpartition(".")

@@ -186,6 +186,8 @@ def _grid(grid: Volume | Labels, cancelled: Callable[[], bool]) -> QImage | None
     drawn = sketches.cast(grid, TILE, cancelled)
     if cancelled():
         return None
+    if drawn is not None and isinstance(grid, Volume):
+        _ = grid.range  # kept there, and said in its summary from now on
     gap = 3
     picture = QImage(2 * TILE + gap, 2 * TILE + gap, QImage.Format.Format_ARGB32_Premultiplied)
     picture.fill(Qt.GlobalColor.transparent)

@@ -377,7 +377,7 @@ class Window(QMainWindow):
         redo.setEnabled(bool(history.redo_name))
         redo.setText(f"Redo {history.redo_name}".rstrip())
         groups = [path for path in chosen if self.session.network.node(path).network is not None]
-        for name in ("mute", "group", "duplicate", "cut", "copy", "rename_selection", "add_frame"):
+        for name in ("mute", "group", "duplicate", "cut", "copy", "rename_selection", "add_frame", "pull_out"):
             self.actions_by_name[name].setEnabled(bool(chosen))
         self.actions_by_name["ungroup"].setEnabled(bool(groups))
 

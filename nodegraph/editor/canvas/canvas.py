@@ -124,6 +124,12 @@ class CanvasView(QWidget):
     def mute(self) -> None:
         self.edits.mute()
 
+    def pull_out(self) -> None:
+        """Take the selected nodes out of their wires, each reader led on to what the node would hand on muted."""
+        with self.session.gesture("pull out"):
+            for id in self.scene.chosen():
+                self.edits.pull_out(id)
+
     def accept_proposals(self) -> None:
         """Do what is proposed for the node that was added last."""
         self.view.proposing.accept()

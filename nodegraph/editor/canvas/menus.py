@@ -29,6 +29,7 @@ ACTIONS: dict[str, tuple[str, str]] = {
     "duplicate": ("Duplicate with its wires", "Ctrl+D"),
     "mute": ("Mute or unmute", "M"),
     "rename_selection": ("Rename", "F2"),
+    "pull_out": ("Pull out of its wires", "Shift+X"),
     "accept_proposals": ("Wire and share as proposed", "Ctrl+Return"),
     "bend": ("Bend the wire here", "B"),
     "straighten": ("Straighten the wire", "Shift+B"),
@@ -115,8 +116,7 @@ def _node_menu(canvas: CanvasView, menu: QMenu, item: NodeItem) -> None:
     menu.addSeparator()
     _add(canvas, menu, "mute", *(() if several else ("rename_selection",)), "delete_selection")
     if not several:
-        pull = menu.addAction("Pull out of its wires")
-        pull.triggered.connect(lambda _=False: canvas.edits.pull_out(item.face.id))
+        _add(canvas, menu, "pull_out")
     menu.addSeparator()
     _add(canvas, menu, "group")
     if item.face.group:

@@ -52,8 +52,12 @@ class Tips(QObject):
         self.preview: Preview | None = None
         self._known = Known()
         self._cancel: Callable[[], None] | None = None
+        self._told: Callable[[], str] | None = None  # the words
+        self._wanted: Callable[[], Any] | None = None  # the value
+        self._value: weakref.ref[Any] | None = None  # that is shown, or on its way
         viewport.installEventFilter(self)
         scene.leaving.connect(self.hide)
+        scene.session.values_changed.connect(self._renew)
 
     @property
     def text(self) -> str:
@@ -66,17 +70,35 @@ class Tips(QObject):
         session, node = self.scene.session, self.scene.level.nodes[id]
         self.subject = subject
         if port is None:
-            self.card.show_words(where, node_tip(session, node, self.scene.standing))
+            self._told = partial(node_tip, session, node, self.scene.standing)
+            self.card.show_words(where, self._told())
             return
-        self.card.show_words(where, port_tip(session, node, port))
-        value = shown_value(session, node, port)
+        self._told = partial(port_tip, session, node, port)
+        self._wanted = partial(shown_value, session, node, port)
+        self.card.show_words(where, self._told())
+        self._ask()
+
+    def _ask(self) -> None:
+        """Show what there is to see of the value at the port, now or as soon as it is made."""
+        self._stop()
+        value = self._wanted() if self._wanted is not None else None
         if not isinstance(value, Value):
             return  # a number says all in the words
+        self._value = weakref.ref(value)
         known = self._known.get(value)
         if known is not None:
             self._add(known)
         else:
-            self._cancel = session.preview(value, partial(self._take, weakref.ref(value)))
+            self._cancel = self.scene.session.preview(value, partial(self._take, self._value))
+
+    def _renew(self, _paths: object) -> None:
+        """Values are known anew while the mouse rests: what is shown of the old one stays until the new one is made."""
+        if self.subject is None or self._told is None:
+            return
+        self.card.words.setText(self._told())
+        value = self._wanted() if self._wanted is not None else None
+        if self._wanted is not None and (self._value is None or self._value() is not value):
+            self._ask()
 
     def say(self, where: QPoint, subject: object, text: str) -> None:
         """Show words alone; without any, nothing."""
@@ -92,11 +114,14 @@ class Tips(QObject):
 
     def hide(self) -> None:
         """Show nothing, and make nothing that was begun."""
+        self._stop()
+        self.subject = self.preview = self._told = self._wanted = self._value = None
+        self.card.hide()
+
+    def _stop(self) -> None:
         if self._cancel is not None:
             self._cancel()
             self._cancel = None
-        self.subject = self.preview = None
-        self.card.hide()
 
     def _take(self, value: weakref.ref[Any], made: Preview | None) -> None:
         self._cancel = None
@@ -109,6 +134,8 @@ class Tips(QObject):
 
     def _add(self, made: Preview) -> None:
         self.preview = made
+        if self._told is not None:
+            self.card.words.setText(self._told())  # the range of a volume is known by now
         self.card.add(made)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

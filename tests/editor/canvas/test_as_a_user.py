@@ -231,3 +231,13 @@ def test_a_group_is_made_entered_and_left_by_keys(session: Session, canvas: Canv
     session.undo()
     session.undo()
     assert text_of(session) == before
+
+
+def test_several_are_pulled_out_by_a_key(session: Session, canvas: CanvasView, hand: Hand) -> None:
+    before = text_of(session)
+    canvas.scene.choose([canvas.scene.nodes["blur"], canvas.scene.nodes["shade"]])
+    hand.key(Qt.Key.Key_X, SHIFT)
+    assert session.network.node("raycast").inputs["volume"] == ("volume.volume",)
+    assert session.network.node("view").inputs["image"] == ("raycast.image",)
+    session.undo()
+    assert text_of(session) == before

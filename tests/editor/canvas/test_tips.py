@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from nodegraph.commands import Set
 from nodegraph.data import Table, Volume
 from nodegraph.editor import previews
 from nodegraph.editor.canvas import CanvasView
@@ -65,6 +66,24 @@ def test_a_port_shows_its_value_once_made(
     assert tips.preview is not None
     assert len(made) == 1
     assert started == []
+
+
+def test_a_tip_follows_what_is_computed_while_it_is_shown(
+    session: Session, canvas: CanvasView, hand: Hand, qtbot: QtBot
+) -> None:
+    tips = canvas.view.tips
+    rest_on(canvas, hand, hand.port("volume", "volume", True))
+    assert "no open view" in tips.text
+    session.ask("volume", None)
+    qtbot.waitUntil(lambda: tips.preview is not None, timeout=20000)
+    first = tips.preview
+    volume = session.value("volume", "volume")
+    low, high = volume.range
+    assert f"{low:.6g}..{high:.6g}" in tips.text
+    session.do(Set("volume.voxels", (12, 12, 12)))
+    session.ask("volume", None)
+    qtbot.waitUntil(lambda: tips.preview is not first, timeout=20000)
+    assert "12x12x12" in tips.text
 
 
 def test_the_mouse_that_leaves_cancels(
