@@ -141,7 +141,9 @@ class ParameterPanel(QScrollArea):
             self._rebuild()
             return
         if not any(command.touched or command.structural for command in commands):
-            return  # the looks of nodes alone
+            for section in self.sections.values():
+                section.show_keys()  # the looks of nodes alone, and the keys of the animation
+            return
         for section in self.sections.values():
             section.refresh()
 

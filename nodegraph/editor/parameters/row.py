@@ -29,8 +29,15 @@ if TYPE_CHECKING:
     from nodegraph.params import Parameter
 
 
+FOLDED = "folded"
+"""Key of the document's ``ui`` that lists the parameters whose widgets are put away, as ``processor.parameter``."""
+
+
 class NameLabel(QWidget):
-    """The name of a parameter; a dot before it says that the value is not the default. A double click resets."""
+    """The name of a parameter; a dot before it says that the value is not the default, a diamond that it has keys.
+
+    A double click resets.
+    """
 
     reset = Signal()
 
@@ -38,6 +45,7 @@ class NameLabel(QWidget):
         super().__init__(parent)
         self.text = text
         self.changed = False
+        self.keyed = False
         self.setFixedHeight(ROW_HEIGHT)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(text)
@@ -50,10 +58,20 @@ class NameLabel(QWidget):
             self.changed = changed
             self.update()
 
+    def set_keyed(self, keyed: bool) -> None:
+        if keyed != self.keyed:
+            self.keyed = keyed
+            self.update()
+
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if self.changed:
+        if self.keyed:
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(accent(self.palette()))
+            middle = QPointF(5.0, self.height() / 2)
+            painter.drawPolygon([middle + QPointF(x, y) for x, y in ((-4, 0), (0, -4), (4, 0), (0, 4))])
+        elif self.changed:
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(accent(self.palette()))
             painter.drawEllipse(QPointF(4.5, self.height() / 2), 2.5, 2.5)
@@ -87,6 +105,10 @@ class ParameterRow(QWidget):
         self.tie.setAutoRaise(True)
         self.tie.setFixedSize(22, ROW_HEIGHT)
         self.tie.clicked.connect(lambda: self.menu().popup(self.tie.mapToGlobal(self.tie.rect().bottomLeft())))
+        self.arrow = QToolButton(self)
+        self.arrow.setAutoRaise(True)
+        self.arrow.setFixedSize(22, ROW_HEIGHT)
+        self.arrow.clicked.connect(lambda: self.fold(not self.folded))
         self.tied = caption()
         self.tied.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.expression = LineEntry()
@@ -97,6 +119,7 @@ class ParameterRow(QWidget):
         self._editing_expression = False
         self._shown_tie: tuple[Tie, bool] | None = None
         self._arrange()
+        self._show_fold()
         self._explain()
         self.refresh()
 
@@ -110,10 +133,12 @@ class ParameterRow(QWidget):
         top.addWidget(self.label, 1)
         top.addWidget(self.tie)
         if self.field.wide:
+            top.addWidget(self.arrow)
             layout.addLayout(top, 0, 0, 1, 2)
             layout.addWidget(self.field, 1, 0, 1, 2)
             layout.setContentsMargins(0, 0, 0, 4)
         else:
+            self.arrow.hide()
             holder = QWidget()
             holder.setFixedWidth(LABEL_WIDTH)
             holder.setLayout(top)
@@ -125,6 +150,31 @@ class ParameterRow(QWidget):
         for row, widget in enumerate((self.expression, self.tied, self.error), below):
             layout.addWidget(widget, row, 0 if self.field.wide else 1, 1, 2 if self.field.wide else 1)
             widget.hide()
+
+    # -- folding ------------------------------------------------------------------------------------------------
+
+    @property
+    def folded(self) -> bool:
+        """Whether the widget is put away, on all nodes of the type. The document keeps it as it keeps the panels."""
+        return self.field.wide and self._kind in self.place.session.network.ui.get(FOLDED, ())
+
+    @property
+    def _kind(self) -> str:
+        return f"{self.place.node.type}.{self.place.name}"
+
+    def fold(self, folded: bool) -> None:
+        """Put the widget away, or show it."""
+        self.leave()
+        others = [kind for kind in self.place.session.network.ui.get(FOLDED, ()) if kind != self._kind]
+        self.place.session.note(FOLDED, [*others, self._kind] if folded else others or None)
+        self._show_fold()
+
+    def _show_fold(self) -> None:
+        folded = self.folded
+        self.field.setVisible(not folded)
+        self.arrow.setIcon(icon("right" if folded else "down", ink(self.palette(), 0.8)))
+        self.arrow.setToolTip("Unfold" if folded else "Fold")
+        self.arrow.setAccessibleName(f"{'Unfold' if folded else 'Fold'} {self.place.name}")
 
     # -- showing ------------------------------------------------------------------------------------------------
 

@@ -9,6 +9,7 @@ from PySide6.QtCore import QEvent, Qt, QTimer
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
+from nodegraph.animation import UI
 from nodegraph.editor.parameters.filter import Filter
 from nodegraph.editor.parameters.look import ROW_HEIGHT, caption, complaint, icon, ink
 from nodegraph.editor.parameters.place import Place, kept_values, shown_parameters
@@ -112,6 +113,13 @@ class NodeSection(QWidget):
             self._paint_at = time.perf_counter() + PATIENCE
             self._make_rest()
         self._show_nothing()
+        self.show_keys()
+
+    def show_keys(self) -> None:
+        """Mark the parameters that the animation moves."""
+        noted = self.session.network.node(self.path).ui.get(UI)
+        for name, row in self.rows.items():
+            row.label.set_keyed(isinstance(noted, dict) and name in noted)
 
     def show_filter(self, wanted: Filter) -> None:
         """Show only the parameters that a filter lets through."""
@@ -146,6 +154,7 @@ class NodeSection(QWidget):
             self._rest.start()
         else:
             self._show_nothing()
+            self.show_keys()
         if not self._waiting or time.perf_counter() > self._paint_at:
             self.body.setUpdatesEnabled(True)
             self._paint_at = time.perf_counter() + PATIENCE

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nodegraph import links
 from nodegraph.animation import shared_place
 from nodegraph.data import Camera, Light, Plane, Volume
 from nodegraph.data.space import Matrix, Vector
@@ -76,7 +77,8 @@ def _shape(session: Session, view: str, place: Place, camera: Camera) -> Shape |
     if declared.handle == "box":
         return _box(session, place, value, declared)
     if isinstance(value, Plane):
-        corners = _corners(session, place.path)
+        leaf, _, _ = links.plain_parameter(place.node, place.name)
+        corners = _corners(session, leaf.path)
         return PlaneShape(value, corners if len(corners) else _corners(session, view))
     if isinstance(value, Light):
         return LightShape(value, camera)
@@ -87,7 +89,8 @@ def _box(session: Session, place: Place, value: Any, declared: Parameter) -> Sha
     """A box in the space that its unit names. None where the volume that it is a part of is not known yet."""
     if declared.unit not in SPACES:
         return None
-    volume = _volume(session, place.path)
+    leaf, _, _ = links.plain_parameter(place.node, place.name)  # of a group, what is behind its face
+    volume = _volume(session, leaf.path)
     if declared.unit == "mm":
         if volume is None and value is None:
             return None

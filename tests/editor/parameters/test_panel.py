@@ -279,3 +279,33 @@ def test_what_was_selected_before_comes_back_as_it_is_now(panel: Any, session: A
     session.undo()
     session.select("cube")
     assert all(section.node in session.network.nodes.values() for section in panel._kept.values())
+
+
+def test_what_has_keys_is_marked(panel: Any, row: Any, session: Any) -> None:
+    shown = row("amount")
+    assert not shown.label.keyed
+    shown.place.add_key()
+    assert shown.label.keyed
+    assert not row("free").label.keyed
+    session.undo()
+    assert not shown.label.keyed
+
+
+def test_a_tall_widget_is_folded_for_all_nodes_of_its_type_and_stays_so(panel: Any, row: Any, session: Any) -> None:
+    from nodegraph import workspace
+    from tests.editor.parameters.conftest import find
+
+    session.history.mark_saved()
+    shown = row("camera")
+    assert shown.arrow.isVisible()
+    shown.arrow.click()
+    assert shown.field.isHidden()
+    assert not session.modified, "how the panel looks is no edit"
+    session.select("other")
+    assert panel.row("other", "camera").field.isHidden()
+    again = workspace.loads(workspace.dumps(session.network), find=find)
+    assert again.ui["folded"] == ["everything.camera"]
+    panel.row("other", "camera").arrow.click()
+    assert not panel.row("other", "camera").field.isHidden()
+    assert "folded" not in session.network.ui
+    assert panel.row("other", "amount").arrow.isHidden()

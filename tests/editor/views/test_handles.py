@@ -19,6 +19,7 @@ from nodegraph.editor.views import navigation as nav
 from nodegraph.editor.views.handles import Handles
 from nodegraph.editor.views.handles_shapes import cut_outline
 from nodegraph.editor.views.view import ViewWidget
+from nodegraph.group_commands import ShowPort
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 OBLIQUE = Camera((40, -70, 50), (5, 9, 11), field_of_view=40.0)
@@ -229,6 +230,17 @@ def test_what_a_wire_decides_is_only_looked_at(view: ViewWidget, session: Sessio
     session.undo()
     net.link("cut.plane", "shared")
     assert view.handles.at(at) is not None, "a plain variable is set by whoever follows it"
+
+
+def test_the_face_of_a_group_has_the_handles_of_what_is_behind_it(view: ViewWidget, session: Session) -> None:
+    net = session.network
+    net.group("box", id="finish")
+    session.do(ShowPort("finish", "params", "part", "box.crop"))
+    session.select("finish")
+    drag(view, place(view.handles, "high z"), place(view.handles, "middle"))
+    assert net.get("finish/box.crop") is not None
+    session.select("finish/box")
+    assert [handle.place.target for handle in view.handles.found()] == ["finish/box.crop"]
 
 
 def test_a_camera_that_would_look_nowhere_is_refused_silently(view: ViewWidget, session: Session) -> None:
