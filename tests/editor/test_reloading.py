@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from nodegraph import registry
-from nodegraph.commands import Add, Connect, Set
+from nodegraph.commands import Add, Connect, Mute, Rename, Set
 from nodegraph.editor.reloading import Reloader
 from nodegraph.editor.session import Message, Session
 from nodegraph.editor.window import Window
@@ -105,3 +106,46 @@ def test_the_window_lists_a_new_file_and_forgets_what_was_mended(plugin: Path, w
     other.write_text(RAMP)
     qtbot.waitUntil(lambda: window.docks["messages"].windowTitle() == "Messages", timeout=20000)
     qtbot.waitUntil(lambda: "image.other" in window.palette_panel.ids(), timeout=20000)
+
+
+def test_an_unknown_processor_is_a_placeholder_that_survives_and_wakes_up(
+    plugin: Path, window: Window, tmp_path: Path, qtbot: QtBot
+) -> None:
+    """Edits around it, undo and saving keep all that the file had; when its plug-in comes, it is a node like others."""
+    qtbot.waitUntil(lambda: str(plugin) in window.reloader._watcher.files(), timeout=20000)
+    stored = {
+        "type": "image.later",
+        "version": 1,
+        "params": {"gain": 3.0, "odd": [1, {"a": 2}]},
+        "inputs": {"picture": "ramp.result", "more": ["ramp.result"]},
+        "future": {"a": 1},
+    }
+    nodes = {
+        "ramp": {"type": "image.ramp"},
+        "late": stored,
+        "view": {"type": "output.view", "inputs": {"image": "late.result"}},
+    }
+    (tmp_path / "net.json").write_text(json.dumps({"nodegraph": 1, "nodes": nodes}))
+    window.open_file(tmp_path / "net.json")
+    session = window.session
+    session.select("late")
+    trouble = window.parameters.sections["late"].trouble.text()
+    assert "image.later" in trouble
+    assert "Kept as stored: gain, odd." in trouble
+    assert window.canvas.scene.nodes["late"].face.title == "image.later (not available)"
+    session.do(Rename("late", "later"))
+    session.do(Mute("later"))
+    session.undo()
+    session.do(Set("ramp.gain", 2.0))
+    session.undo()
+    assert session.save(tmp_path / "again.json")
+    again = json.loads((tmp_path / "again.json").read_text())["nodes"]
+    assert again["later"] == stored
+    assert again["view"]["inputs"] == {"image": "later.result"}
+    plugin.with_name("later.glsl").write_text(RAMP)
+    qtbot.waitUntil(lambda: session.network.node("later").processor is not None, timeout=20000)
+    assert session.network.get("later.gain") == 3.0
+    assert "odd" in window.parameters.sections["later"].trouble.text()
+    assert session.save(tmp_path / "again.json")
+    again = json.loads((tmp_path / "again.json").read_text())["nodes"]
+    assert again["later"] == stored

@@ -183,13 +183,13 @@ class NodeSection(QWidget):
         return sum(1 for other in names[: names.index(name)] if other in self.rows)
 
     def _show_trouble(self, node: Any) -> None:
-        texts = [one_sentence(node.trouble)] if node.trouble is not None else []
-        known = getattr(node.processor, "params", ())
-        texts += [
-            f"{name}: kept as it was stored{kept.reason}"
-            for name, kept in kept_values(node).items()
-            if name not in known
-        ]
+        kept = kept_values(node)
+        if node.trouble is not None:  # it says why none of the values can be used
+            texts = [one_sentence(node.trouble)]
+            texts += [f"Kept as stored: {', '.join(kept)}."] if kept else []
+        else:
+            known = getattr(node.processor, "params", ())
+            texts = [f"{name}: kept as it was stored{one.reason}" for name, one in kept.items() if name not in known]
         self.trouble.setText("\n".join(texts))
         self.trouble.setVisible(bool(texts))
 
