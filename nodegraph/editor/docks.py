@@ -5,10 +5,12 @@ from __future__ import annotations
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
 from PySide6.QtWidgets import (
     QDockWidget,
+    QFrame,
     QHBoxLayout,
     QLabel,
     QLayout,
     QMainWindow,
+    QScrollArea,
     QSizePolicy,
     QTabBar,
     QToolButton,
@@ -100,6 +102,15 @@ class Titles(QObject):
         for bar in self.window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
             tabs = {bar.tabText(place) for place in range(bar.count())}
             bar.setVisible(len(tabs) > 1 and tabs in titles)
+
+
+def scrolled(widget: QWidget) -> QScrollArea:
+    """A panel that may be smaller than what it holds."""
+    area = QScrollArea()
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setWidgetResizable(True)
+    area.setWidget(widget)
+    return area
 
 
 def _button(name: str, tip: str) -> QToolButton:

@@ -6,6 +6,7 @@ Widgets take their colours from the palette and repaint when it changes; nobody 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QRectF, Qt
@@ -79,7 +80,9 @@ def system_theme() -> str:
 def apply(app: QApplication, name: str) -> None:
     """Dress the program: "dark", "light", or "system"."""
     theme = THEMES[system_theme() if name == "system" else name]
-    app.setStyle("Fusion")
+    if app.property("dressed") is None:
+        app.setStyle("Fusion")
+        app.setProperty("dressed", True)
     app.setPalette(palette_of(theme))
     app.setStyleSheet(_sheet(theme))
 
@@ -119,9 +122,12 @@ def palette_of(theme: Theme) -> QPalette:
 
 def icon(name: str, palette: QPalette, size: int = 16) -> QIcon:
     """One of the SVG icons in ``icons/``, in the colour of text, and paler where it is disabled."""
-    theme = theme_of(palette)
-    made = QIcon()
-    modes = QIcon.Mode
+    return _icon(name, theme_of(palette), size)
+
+
+@cache
+def _icon(name: str, theme: Theme, size: int) -> QIcon:
+    made, modes = QIcon(), QIcon.Mode
     for mode, color in ((modes.Normal, theme.text), (modes.Selected, theme.on_accent), (modes.Disabled, theme.line)):
         for scale in (1, 2):
             pixmap = drawn(name, color, size * scale)

@@ -27,7 +27,7 @@ from nodegraph.editor.canvas import CanvasView
 from nodegraph.editor.canvas.link_table import LinkTable
 from nodegraph.editor.command_palette import CommandPalette
 from nodegraph.editor.console import Console
-from nodegraph.editor.docks import Titles
+from nodegraph.editor.docks import Titles, scrolled
 from nodegraph.editor.help import Help
 from nodegraph.editor.messages import Messages
 from nodegraph.editor.offers import Beginning, is_workspace, name_filter
@@ -100,12 +100,12 @@ class Window(QMainWindow):
         self._add_dock("help", "Help", self.help)
         self._add_dock("messages", "Messages", self.messages)
         self._add_dock("profile", "Profile", self.profile)
-        self._add_dock("links", "Links", self.links)
+        self._add_dock("links", "Links", scrolled(self.links))
         self._add_dock("images", "Images", self.images)
         self._add_dock("compare", "Compare", self.compare)
         self._add_dock("measures", "Measures", MeasureList(self.session))
-        self._add_dock("quality", "Quality", self.quality)
-        self._add_dock("timeline", "Timeline", self.timeline)
+        self._add_dock("quality", "Quality", scrolled(self.quality))
+        self._add_dock("timeline", "Timeline", scrolled(self.timeline))
         self._add_dock("console", "Python", self.console)
         self._add_dock("recorder", "Recorder", self.recorder)
         self._add_dock("shader", "Shader", self.shader)

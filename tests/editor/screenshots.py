@@ -1,4 +1,4 @@
-"""Pictures of the real window: ``python -m tests.editor.screenshots [FOLDER] [SCENE ...]``.
+"""Pictures of the real window: ``python -m tests.editor.screenshots [SCENE ...] [--out FOLDER]``.
 
 On the screen where there is one, else on a virtual one (Xvfb), else on Qt's offscreen platform. Nothing is compared:
 somebody looks at them. docs/images holds the good ones (``--docs`` writes these there).
@@ -187,17 +187,17 @@ SCENES: dict[str, Callable[[Shots], None]] = {
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Take pictures of the editor's window.")
-    parser.add_argument("folder", nargs="?", type=Path, default=Path("screenshots"))
-    parser.add_argument("scenes", nargs="*", choices=[*SCENES, []], help="default: all")
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help=f"default: all of {', '.join(SCENES)}")
+    parser.add_argument("--out", type=Path, default=Path("screenshots"), metavar="FOLDER")
     parser.add_argument("--docs", action="store_true", help="in 256 colours, as docs/images has them")
     parser.add_argument("--theme", choices=["dark", "light", "both"], default="both")
     given = parser.parse_args()
-    given.folder.mkdir(parents=True, exist_ok=True)
+    given.out.mkdir(parents=True, exist_ok=True)
     with screen() as platform, tempfile.TemporaryDirectory() as config:
         os.environ["NODEGRAPH_CONFIG"] = config
         print(f"platform {platform or 'of the desktop'}")
-        shots = Shots(given.folder, given.docs)
-        folder = given.folder
+        shots = Shots(given.out, given.docs)
+        folder = given.out
         for theme in ("dark", "light") if given.theme == "both" else (given.theme,):
             shots.theme(theme)
             shots.folder = folder / theme if given.theme == "both" else folder

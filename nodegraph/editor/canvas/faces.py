@@ -81,8 +81,8 @@ def title_of(node: Node) -> str:
 
 
 def spaced(name: str) -> str:
-    """``GaussianBlur`` as two words."""
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", name)
+    """``GaussianBlur`` and ``Raycast2D`` as two words."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z0-9])|(?<=[A-Z0-9])(?=[A-Z][a-z])", " ", name)
 
 
 def inputs_of(node: Node) -> Iterator[Port]:

@@ -33,7 +33,7 @@ WORDS = ("1", "0.5", "-3", "1e9", "abc", "blur", "net", "view", "", "12", "x", "
 KEYS = (
     "Tab Shift+Tab Esc Return Space Up Down Left Right Home End PgUp PgDown Del Backspace F2 F F5 F11 M N L 1 3 5 7 "
     "Shift+A Shift+L Alt+Left Shift+Right Ctrl+Z Ctrl+Z Ctrl+Shift+Z Ctrl+C Ctrl+X Ctrl+V Ctrl+D Ctrl+G Ctrl+Shift+G "
-    "Ctrl+A Ctrl+F Ctrl+M Ctrl+K F1 Ctrl+N Ctrl+S Ctrl+O Ctrl+Alt+S Ctrl+Alt+F Ctrl+Shift+S Ctrl+Shift+L Ctrl+1 Ctrl+7"
+    "Ctrl+A Ctrl+F Ctrl+M Ctrl+K F1 Ctrl+N Ctrl+S Ctrl+O Ctrl+Alt+S Ctrl+Alt+F Ctrl+Shift+S Ctrl+1 Ctrl+7"
 ).split()
 NODES = 14
 """More nodes than these are not added: what the monkey proves does not depend on how many there are."""
@@ -389,7 +389,7 @@ class Monkey:
         self.window.save()
 
     def theme(self) -> None:
-        if self.rng.random() < 0.3:
+        if self.rng.random() < 0.1:
             self.note("theme")
             self.window.toggle_theme()
 
