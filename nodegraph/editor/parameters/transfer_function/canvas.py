@@ -274,9 +274,8 @@ class Canvas(Board):
 
     def ask_color(self) -> None:
         """Ask for the colour of what is chosen."""
-        current = self.current
-        if current is not None:
-            self.color_wanted.emit(self.mapToGlobal(self.plot.at(current).toPoint() + QPoint(12, 12)))
+        if self.plot.chosen:
+            self.color_wanted.emit(self.mapToGlobal(self.plot.at(min(self.plot.chosen)).toPoint() + QPoint(12, 12)))
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         if event.reason() is QContextMenuEvent.Reason.Mouse and not self.plot.area.contains(QPointF(event.pos())):
@@ -288,14 +287,14 @@ class Canvas(Board):
         """What can be done here. It deletes itself when it closes. value: where a new key or bell goes."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        place, one = self.selected, self.current
+        place = self.selected
         if value is None:
             value = self.plot.axis.value(0.5)
         value = self.plot.axis.rounded(value, round(self.plot.area.width()))
         menu.addAction("Add a key\tDouble-click", partial(self.add_key, value))
         menu.addAction("Add a bell\tB", partial(self.add_bell, value))
         menu.addSeparator()
-        menu.addAction("Colour …\tC", self.ask_color).setEnabled(one is not None)
+        menu.addAction("Colour …\tC", self.ask_color).setEnabled(bool(self.plot.chosen))
         joined = place is not None and keys.partner(self.shape.base, place) is not None
         words = "Join the step" if joined else "Split into a step"
         menu.addAction(words, self.toggle_step).setEnabled(place is not None)

@@ -24,7 +24,7 @@ _OPACITY = Float(0.0, min=0.0, max=1.0, doc="Opacity of a key.")
 class ChosenRow(QWidget):
     """Value, opacity and colour of the one key or bell that is chosen; both colours of a step, the width of a bell.
 
-    color_wanted(grip, point): one of the swatches was clicked.
+    color_wanted(grip, point): one of the swatches was clicked; None for all that is chosen.
     """
 
     color_wanted = Signal(object, QPoint)
@@ -103,8 +103,9 @@ class ChosenRow(QWidget):
             widget.setVisible(bell)
         self.step.setVisible(not bell)
         self.right.setVisible(other is not None)
-        for one in (self.value, self.opacity, self.swatch):
+        for one in (self.value, self.opacity):
             one.setEnabled(grip is not None)
+        self.swatch.setEnabled(bool(canvas.plot.chosen))
         self.step.setEnabled(place is not None)
         self.delete.setEnabled(bool(canvas.plot.chosen))
         self.value.unit = canvas.unit
@@ -129,10 +130,10 @@ class ChosenRow(QWidget):
             self.width_entry.show_number(shape.bells[grip.place].width)
 
     def _sides(self) -> list[Grip]:
-        """What the swatches are for: the chosen one, or both halves of its step."""
+        """What the swatches are for: the chosen one, or both halves of its step; of several the first."""
         grip, place = self.canvas.current, self.canvas.selected
         if grip is None:
-            return []
+            return sorted(self.canvas.plot.chosen)[:1]
         other = keys.partner(self.canvas.shape.base, place) if place is not None else None
         return sorted([grip, grips.key(other)]) if other is not None else [grip]
 
@@ -140,7 +141,8 @@ class ChosenRow(QWidget):
         sides = self._sides()
         place = 1 if swatch is self.right else 0
         if place < len(sides):
-            self.color_wanted.emit(sides[place], swatch.mapToGlobal(QPoint(0, swatch.height() + 2)))
+            one = sides[place] if self.canvas.current is not None else None
+            self.color_wanted.emit(one, swatch.mapToGlobal(QPoint(0, swatch.height() + 2)))
 
     def _put_value(self, value: Any, step: bool = False) -> None:
         self._move(lambda old: (float(value), old[1]), step)

@@ -53,7 +53,7 @@ class TransferFunctionField(Field):
         self.table = LabelTable(place)
         self.list: PresetList | None = None
         self.picker: ColorPicker | None = None
-        self._painted: Grip | None = None
+        self._painted: frozenset[Grip] = frozenset()
         self._fitted = False
         self._putting = False
         self.source: HistogramOf | None = None
@@ -284,10 +284,10 @@ class TransferFunctionField(Field):
 
     def pick_color(self, at: QPoint, grip: Grip | None = None) -> None:
         """Open the colour picker for what is chosen, or for one key or bell."""
-        self._painted = grip if grip is not None else self.canvas.current
-        if self._painted is None:
+        self._painted = frozenset([grip]) if grip is not None else self.canvas.plot.chosen
+        if not self._painted:
             return
-        self.picker = ColorPicker(grips.color(self.canvas.shape, self._painted), self)
+        self.picker = ColorPicker(grips.color(self.canvas.shape, min(self._painted)), self)
         self.picker.picked.connect(self._put_color)
         self.picker.pressed.connect(self.began)
         self.picker.released.connect(self.ended)
@@ -302,8 +302,9 @@ class TransferFunctionField(Field):
         self.picker = None
 
     def _put_color(self, color: Any) -> None:
-        if self._painted is not None and grips.there(self.canvas.shape, [self._painted]):
-            self.put(grips.recolor(self.canvas.shape, [self._painted], color))
+        painted = grips.there(self.canvas.shape, self._painted)
+        if painted:
+            self.put(grips.recolor(self.canvas.shape, painted, color))
 
     def _put_length(self, value: Any, step: bool = False) -> None:
         shape = self.canvas.shape

@@ -283,3 +283,43 @@ def test_what_is_held_is_let_go_with_the_panel(field: Any, session: Any, qtbot: 
     assert table() == moved
     session.undo()
     assert table() == FUNCTION
+
+
+def test_several_take_one_colour(field: Any, session: Any, qtbot: Any, table: Any) -> None:
+    canvas = field.canvas
+    canvas.add_bell(300.0)
+    canvas.choose([grips.key(0), grips.key(2), grips.bell(0)])
+    qtbot.mouseClick(field.row.swatch, LEFT)
+    field.picker.hex.setFocus()
+    field.picker.hex.selectAll()
+    qtbot.keyClicks(field.picker.hex, "#ffffff")
+    qtbot.keyClick(field.picker.hex, Qt.Key.Key_Return)
+    field.picker.close()
+    assert [key.color for key in canvas.shape.base.keys] == [(1.0, 1.0, 1.0), GREEN, (1.0, 1.0, 1.0)]
+    assert canvas.shape.bells[0].color == (1.0, 1.0, 1.0)
+    assert table() == canvas.shape.function
+
+
+def test_the_picture_lives_while_a_bell_is_dragged(field: Any, session: Any, qtbot: Any, at: Any) -> None:
+    pictures: list[Any] = []
+
+    def take(channel: object, report: Any) -> None:
+        if channel == "view":
+            pictures.append(np.array(report.shown["all"]["image"].color[0, 0, :3]))
+
+    canvas = field.canvas
+    canvas.snaps = False
+    session.network.set("all.table", TransferFunction([(0.0, BLUE, 0.1), (900.0, BLUE, 0.1)]))
+    canvas.add_bell(800.0)
+    session.answered.connect(take)
+    session.watch("view", "all", (4, 4))
+    qtbot.waitUntil(lambda: bool(pictures), timeout=10000)
+    assert pictures[-1] == pytest.approx(BLUE), "the node shows the colour of the value 500"
+    qtbot.mousePress(canvas, LEFT, pos=canvas.plot.at(grips.bell(0)).toPoint())
+    qtbot.mouseMove(canvas, at(500.0, 0.5))
+    assert session.in_gesture
+    qtbot.waitUntil(lambda: pictures[-1][0] > 0.3, timeout=10000)
+    assert session.in_gesture, "the button is still down"
+    qtbot.mouseRelease(canvas, LEFT, pos=at(500.0, 0.5))
+    assert not session.in_gesture
+    session.unwatch("view")
