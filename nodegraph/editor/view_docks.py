@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 ABOVE = Qt.DockWidgetArea.TopDockWidgetArea
 LEAST = 130
 """Pixels that the canvas and the panels below it keep in a quad."""
+NARROWEST, SIDES = 280, 680
+"""Pixels that a view needs, and that the panels at its sides take before the window has laid them out."""
 ACROSS, DOWN = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
 
 
@@ -50,14 +52,20 @@ class ViewDocks:
         return max(shown, key=lambda view: view.used)
 
     def place(self, dock: ViewDock) -> None:
-        """Views stand beside each other above the canvas."""
+        """Views stand beside each other above the canvas, while there is room; further ones share the last place."""
+        window = self.window
         dock.setFloating(False)
-        self.window.addDockWidget(ABOVE, dock, ACROSS)
+        beside = [one for one in self.docks if one is not dock and _is_above(window, one)]
+        room = max(window.middle.width(), window.width() - SIDES)
+        window.addDockWidget(ABOVE, dock, ACROSS)
+        if beside and (len(beside) + 1) * NARROWEST > room:
+            window.tabifyDockWidget(beside[-1], dock)
         dock.show()
         self.window.resizeDocks([dock], [max(240, (self.window.height() - 100) * 10 // 20)], DOWN)
 
     def quad(self) -> None:
         """Stand the four views of a quad two by two; `nodegraph.editor.quad` finds or adds them."""
+        room = self.window.middle.width()
         found = [dock for path in quad(self.window.session) for dock in self.docks if dock.view.path == path]
         if len(found) < 4:
             return
@@ -72,8 +80,12 @@ class ViewDocks:
         window.splitDockWidget(axial, sagittal, DOWN)
         for dock in found:
             dock.show()
-        window.resizeDocks([cast, axial], [window.middle.width() // 2] * 2, ACROSS)
+        window.resizeDocks([cast, axial], [room // 2] * 2, ACROSS)
         # The canvas keeps a strip; the panels below give way first.
         window.resizeDocks([window.docks["messages"]], [LEAST], DOWN)
         tall = max(LEAST, (window.height() - 2 * LEAST) * 2 // 5)
         window.resizeDocks([cast, coronal, axial, sagittal], [tall] * 4, DOWN)
+
+
+def _is_above(window: Window, dock: ViewDock) -> bool:
+    return window.dockWidgetArea(dock) == ABOVE and not dock.isFloating() and not dock.isHidden()

@@ -1,7 +1,7 @@
 """Pictures of the real window: ``python -m tests.editor.screenshots [SCENE ...] [--out FOLDER]``.
 
 On the screen where there is one, else on a virtual one (Xvfb), else on Qt's offscreen platform. Nothing is compared:
-somebody looks at them. docs/images holds the good ones (``--docs`` writes these there).
+somebody looks at them. docs/images holds some (made with ``--docs``).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-SIZE = (1440, 900)
+SIZE, SMALL = (1440, 900), (1400, 860)
 
 
 @contextmanager
@@ -49,15 +49,15 @@ def screen() -> Iterator[str]:
 class Shots:
     """A window that is led through scenes, each of which is one picture."""
 
-    def __init__(self, folder: Path, docs: bool) -> None:
+    def __init__(self, folder: Path, size: tuple[int, int]) -> None:
         from PySide6.QtWidgets import QApplication
 
         from nodegraph.editor.app import application, open_window
 
-        self.folder, self.docs = folder, docs
+        self.folder = folder
         self.app: QApplication = application()
         self.window = open_window()
-        self.window.resize(*SIZE)
+        self.window.resize(*size)
         self.window.move(0, 0)
 
     def wait(self, seconds: float = 0.3) -> None:
@@ -87,17 +87,13 @@ class Shots:
 
     def take(self, name: str) -> None:
         """Write the picture of what is seen now."""
-        from PySide6.QtGui import QImage
-
         self.wait(0.3)
         if self.app.platformName() == "xcb":
-            picture = self.window.screen().grabWindow(0).toImage()
+            picture = self.window.screen().grabWindow(0, 0, 0, self.window.width(), self.window.height())
         else:
-            picture = self.window.grab().toImage()
-        if self.docs:  # small files: 256 colours are enough for an interface
-            picture = picture.convertToFormat(QImage.Format.Format_Indexed8)
+            picture = self.window.grab()
         file = self.folder / f"{name}.png"
-        picture.save(str(file))
+        picture.save(str(file), "PNG", 0)  # as small as it gets
         print(f"{file}: {file.stat().st_size // 1000} KB")
 
     def close(self) -> None:
@@ -189,14 +185,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Take pictures of the editor's window.")
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help=f"default: all of {', '.join(SCENES)}")
     parser.add_argument("--out", type=Path, default=Path("screenshots"), metavar="FOLDER")
-    parser.add_argument("--docs", action="store_true", help="in 256 colours, as docs/images has them")
+    parser.add_argument("--docs", action="store_true", help="a smaller window, as docs/images has it")
     parser.add_argument("--theme", choices=["dark", "light", "both"], default="both")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     with screen() as platform, tempfile.TemporaryDirectory() as config:
         os.environ["NODEGRAPH_CONFIG"] = config
         print(f"platform {platform or 'of the desktop'}")
-        shots = Shots(given.out, given.docs)
+        shots = Shots(given.out, SMALL if given.docs else SIZE)
         folder = given.out
         for theme in ("dark", "light") if given.theme == "both" else (given.theme,):
             shots.theme(theme)
