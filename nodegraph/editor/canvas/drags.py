@@ -352,7 +352,8 @@ class BandDrag(Drag):
         self.cancel()
         hit = [item for item in self.scene.nodes.values() if rect.intersects(item.body_in_scene())]
         boxes = [box for box in self.scene.boxes.values() if rect.contains(box.rect_in_scene())]
-        self.scene.choose([*self.before, *hit, *boxes])
+        dots = [dot for dot in self.scene.wiring.dots() if rect.contains(dot.pos())]
+        self.scene.choose([*self.before, *hit, *boxes, *dots])
 
     def cancel(self) -> None:
         if self.item.scene() is not None:

@@ -49,6 +49,7 @@ class LinkTable(QWidget):
         self.summary.setProperty("dim", True)
         self.summary.setContentsMargins(10, 6, 10, 6)
         self.tree = QTreeWidget()
+        self.tree.setAccessibleName("Links")
         self.tree.setUniformRowHeights(True)
         self.tree.setIndentation(16)
         self.tree.setHeaderLabels(list(COLUMNS))

@@ -257,6 +257,8 @@ class CanvasScene(QGraphicsScene):
             area = area.united(item.body_in_scene())
         for box in self.boxes.values():
             area = area.united(box.rect_in_scene())
+        for dot in self.wiring.dots():
+            area = area.united(dot.rect().translated(dot.pos()))
         return area
 
     # -- selection ----------------------------------------------------------------------------------------------

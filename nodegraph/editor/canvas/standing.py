@@ -68,6 +68,8 @@ class Standing:
 def _blocked(path: str, state: State) -> str:
     """Why a node cannot run, the one in the way first."""
     words = state.reason.split("\n")[0]
+    if words.startswith("blocked by "):
+        return words.partition(":")[0]  # why that one failed is said there
     return words.removeprefix(f"{path}.").removeprefix(f"{path}: ") or "blocked"
 
 

@@ -35,6 +35,7 @@ class WireItem(QGraphicsPathItem):
         self.dots: list[BendItem] = []
         self._ends: tuple[QPointF, QPointF] | None = None
         self._stroke: QPainterPath | None = None
+        self._worn: tuple[object, ...] = ()
         self.setZValue(5)
 
     def lead(self, start: QPointF, end: QPointF) -> None:
@@ -84,7 +85,13 @@ class WireItem(QGraphicsPathItem):
 
     def dress(self) -> None:
         """Take the pen that goes with how the wire stands now."""
+        for dot in self.dots:
+            dot.dress()
         loud = self.chosen or self.marked
+        worn = (self.look, self.color, self.broken, self.muted, self.faded, loud)
+        if worn == self._worn:
+            return  # most wires stand as before, and pens take time
+        self._worn = worn
         color = self.look.failed if self.broken else self.look.accent if loud else self.look.wire(self.color)
         pen = QPen(color, 3.5 if loud else 2.0)
         pen.setCapStyle(Qt.PenCapStyle.RoundCap)
@@ -92,12 +99,8 @@ class WireItem(QGraphicsPathItem):
             pen.setStyle(Qt.PenStyle.DotLine)
         elif self.muted:
             pen.setStyle(Qt.PenStyle.DashLine)
-        if pen != self.pen():
-            self.setPen(pen)
-        if self.opacity() != (0.25 if self.faded else 1.0):
-            self.setOpacity(0.25 if self.faded else 1.0)
-        for dot in self.dots:
-            dot.dress()
+        self.setPen(pen)
+        self.setOpacity(0.25 if self.faded else 1.0)
 
     def _draw(self) -> None:
         if self._ends is None:

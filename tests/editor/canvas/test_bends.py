@@ -101,6 +101,19 @@ def test_bends_move_with_both_ends(session: Session, canvas: CanvasView, hand: H
     assert wire(canvas).dots[0].y() == was[1]
 
 
+def test_a_band_takes_bends_and_what_is_far_is_shown(session: Session, canvas: CanvasView, hand: Hand) -> None:
+    canvas.edits.bend(WIRE, [middle(canvas) + QPointF(0, 600)])
+    canvas.scene.choose(())
+    canvas.fit()
+    place = wire(canvas).dots[0].pos()
+    assert canvas.view.seen().contains(place)
+    hand.drag(place - QPointF(30, 30), place + QPointF(30, 30))
+    assert wire(canvas).dots[0].chosen
+    assert session.selection == ()
+    hand.key(Qt.Key.Key_Delete)
+    assert stored(session) == []
+
+
 def test_a_node_put_into_a_bent_wire_leaves_the_bends_on_their_sides(
     session: Session, canvas: CanvasView, hand: Hand
 ) -> None:

@@ -33,7 +33,7 @@ class Monkey:
             canvas.copy, canvas.group, canvas.ungroup, canvas.layout_all, canvas.layout_selection, canvas.fit,
             self.enter, canvas.leave_group, self.rename, self.frame, self.note, self.align, self.zoom, self.undo,
             self.redo, self.find, self.cancel, self.arrows, canvas.toggle_minimap,
-            self.bend, self.bend, canvas.straighten,
+            self.bend, self.bend, canvas.straighten, canvas.accept_proposals, canvas.toggle_arcs, canvas.pull_out,
         ]  # fmt: skip
 
     def step(self) -> None:
@@ -182,6 +182,7 @@ def check_shows_the_document(canvas: CanvasView) -> None:
         item = scene.wires[(source, target, name), twin]
         bends = bends_of(level.nodes[target], name, source)
         assert [(place.x(), place.y()) for place in item.bends] == bends
+    assert all({arc.start, arc.end} <= set(scene.nodes) for arc in scene.arcs.items)
     for (kind, key), box in scene.boxes.items():
         assert scene.ui[kind][key]["text"] == box.text
     assert sum(len(scene.ui.get(kind, {})) for kind in ("frames", "notes")) == len(scene.boxes)
