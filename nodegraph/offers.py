@@ -152,9 +152,11 @@ def _label_ids(volume: Volume, slices: NDArray[Any]) -> tuple[int, ...]:
     edges = (slices[:, :, 1:] != slices[:, :, :-1]) & there[:, :, 1:]
     if edges.sum() > 0.3 * there.sum() or len(np.unique(slices[there])) > MOST_LABELS:
         return ()
-    whole = volume.data if np.prod(volume.dims) <= 32 * SAMPLES and volume.mapping[:2] == (1.0, 0.0) else slices
-    ids = np.unique(whole[whole > 0])
-    return tuple(int(id) for id in ids)
+    found = set(np.unique(slices[there]).tolist())
+    if np.prod(volume.dims) <= 32 * SAMPLES and volume.mapping[:2] == (1.0, 0.0):
+        for _, part in volume.buffer.slabs():
+            found.update(np.unique(part).tolist())
+    return tuple(sorted(int(id) for id in found if id > 0))
 
 
 def _otsu(values: NDArray[Any], low: float, high: float) -> float:

@@ -7,7 +7,7 @@ segmentation (`nodegraph.offers.label_ids`). Names are those of the labels, or o
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QImage, QKeyEvent, QMouseEvent, QPainter
 
-from nodegraph.data import Image, Labels, Volume
+from nodegraph.data import Camera, Image, Labels, Volume
+from nodegraph.data.buffer import Array
 from nodegraph.data.space import transform_points
 from nodegraph.data.volume import Grid
 from nodegraph.editor.views.marks import MARK
@@ -35,6 +36,8 @@ TABLE = "labels"
 BEHIND = np.arange(5) / 2.0
 """How far behind what is seen a label is looked for, in least spacings: a surface lies between it and nothing."""
 TINT, RIM = 70, 235
+BAND = 32
+"""Rows of a picture that are looked at in one go."""
 
 _known: weakref.WeakKeyDictionary[Volume, frozenset[int]] = weakref.WeakKeyDictionary()
 
@@ -86,7 +89,7 @@ class LabelPick(Tool):
         self.chosen.changed.connect(self._tint)
         view.drawn.connect(self._learn)
         view.drawn.connect(self._tint)
-        self._newest = 0
+        self._working = self._again = False
         self._veil: tuple[Sight, QImage] | None = None
         self._asked: weakref.ref[Grid] | None = None
 
@@ -177,19 +180,25 @@ class LabelPick(Tool):
 
     def _tint(self) -> None:
         """Work out anew which pixels show the label."""
-        self._newest += 1
         label, sight, shown, field = self.chosen.label, self.view.sight(), self.view.shown, self._field()
         if label is None or sight is None or shown is None:
             if self._veil is not None:
                 self._veil = None
                 self.view.area.update()
             return
-        number, image, id = self._newest, shown.image, label.id
+        self._again = self._working
+        if self._working:
+            return  # one at a time, so that a drag is not held up
+        self._working = True
+        image, id = shown.image, label.id
 
         def take(veil: QImage | None) -> None:
-            if number == self._newest:
-                self._veil = (sight, veil) if veil is not None else None
-                self.view.area.update()
+            self._working = False
+            if self._again or self.chosen.label is None:
+                self._tint()
+                return
+            self._veil = (sight, veil) if veil is not None else None
+            self.view.area.update()
 
         self.session.work(lambda: veil_of(image, sight, field, id), take)
 
@@ -202,11 +211,14 @@ class LabelPick(Tool):
 
 
 def ids_of(field: Grid) -> frozenset[int] | None:
-    """The ids of a volume of labels, none where it holds none; None for `Labels`, where any id may be."""
+    """The ids of a volume of labels, none where it holds none; None for `Labels`, where any id may be.
+
+    A volume that lies in chunks of a file is not looked through, and so never taken for labels.
+    """
     if not isinstance(field, Volume):
         return None
     if field not in _known:
-        _known[field] = frozenset(label_ids(field))
+        _known[field] = frozenset(label_ids(field) if field.buffer.chunks is None else ())
     return _known[field]
 
 
@@ -221,7 +233,7 @@ def id_at(field: Grid, points: NDArray[np.float64]) -> int:
     ids = ids_of(field)
     if ids is not None and not ids:
         return 0
-    found = _ids(field, points)
+    found = _ids(field, list(transform_points(field.world_to_index, points).T))
     seen = found[found > 0]
     return int(seen[0]) if len(seen) else 0
 
@@ -240,8 +252,7 @@ def veil_of(image: Image, sight: Sight, field: Grid | None, id: int) -> QImage |
     elif field is None or not holds(field, id):
         return None
     else:
-        x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-        mask = _seen(field, id, sight, image, x, y)
+        mask = _seen(field, id, sight, image)
     if not mask.any():
         return None
     inner = np.pad(mask, 1)
@@ -252,46 +263,72 @@ def veil_of(image: Image, sight: Sight, field: Grid | None, id: int) -> QImage |
     return QImage(veil.data, width, height, 4 * width, QImage.Format.Format_RGBA8888).copy()
 
 
-def _seen(
-    field: Grid, id: int, sight: Sight, image: Image, x: NDArray[np.float64], y: NDArray[np.float64]
-) -> NDArray[np.bool_]:
-    """Which pixels, whose middles lie at x and y, show a label."""
+def _seen(field: Grid, id: int, sight: Sight, image: Image) -> NDArray[np.bool_]:
+    """Which pixels show a label. Band by band, so that no other thread waits long for its turn."""
     width, height = image.size
-    if sight.plane is not None:
-        right, up = sight.plane.axes
-        pixel = sight.height / height
-        across, along = (x - width / 2) * pixel, (height / 2 - y) * pixel
-        points = sight.plane.origin + across[..., None] * right + along[..., None] * up
-        return np.asarray(_ids(field, points) == id)
-    camera, mask = sight.camera, np.zeros((height, width), bool)
-    if camera is None or image.depth is None:
-        return mask
-    there = np.isfinite(image.depth)
-    right, up, forward = camera.basis
-    half = camera.rays(image.size)["half_size"]
-    sx, sy = (x[there] / width * 2 - 1) * half[0], (1 - y[there] / height * 2) * half[1]
-    offset = sx[:, None] * right + sy[:, None] * up
-    deep = image.depth[there].astype(np.float64)[:, None]
-    ways = np.broadcast_to(forward, offset.shape) if camera.orthographic else forward + offset
-    points = np.asarray(camera.eye) + (offset if camera.orthographic else 0.0) + deep * ways
-    found = np.zeros(len(points), np.int64)
-    step = float(field.spacing.min()) / np.linalg.norm(ways, axis=1, keepdims=True)
-    for far in BEHIND:
-        found = np.where(found > 0, found, _ids(field, points + far * step * ways))
-    mask[there] = found == id
+    mask = np.zeros((height, width), bool)
+    for top in range(0, height, BAND):
+        rows = slice(top, min(top + BAND, height))
+        x, y = np.arange(width) + 0.5, np.arange(rows.start, rows.stop)[:, None] + 0.5
+        if sight.plane is not None:
+            mask[rows] = _cut(field, sight, height, x - width / 2, height / 2 - y) == id
+        elif sight.camera is not None and image.depth is not None:
+            mask[rows] = _in_depth(field, sight.camera, image.size, image.depth[rows], x, y) == id
     return mask
 
 
-def _ids(field: Grid, points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Ids of the voxels in which points (..., 3) of the world lie, 0 outside."""
-    index = np.floor(transform_points(field.world_to_index, points) + 0.5).astype(np.int64)
-    inside = ((index >= 0) & (index < np.asarray(field.dims))).all(axis=-1)
-    found = np.zeros(index.shape[:-1], np.int64)
+def _cut(field: Grid, sight: Sight, height: int, x: Array, y: Array) -> NDArray[np.int64]:
+    """Ids at pixels of a cut; x to the right and y up from its middle."""
+    assert sight.plane is not None
+    linear, pixel = field.world_to_index[:3, :3], sight.height / height
+    right, up = (linear @ axis * pixel for axis in sight.plane.axes)
+    origin = transform_points(field.world_to_index, sight.plane.origin)
+    return _ids(field, [origin[i] + x * right[i] + y * up[i] for i in range(3)])
+
+
+def _in_depth(
+    field: Grid, camera: Camera, size: tuple[int, int], depth: Array, x: Array, y: Array
+) -> NDArray[np.int64]:
+    """Ids at, or a little behind, the points that are seen at pixels of columns x and rows y; 0 where nothing is."""
+    linear = field.world_to_index[:3, :3]
+    there = np.isfinite(depth)
+    half = camera.rays(size)["half_size"]
+    sx = np.broadcast_to((x / size[0] * 2 - 1) * half[0], depth.shape)[there]
+    sy = np.broadcast_to((1 - y / size[1] * 2) * half[1], depth.shape)[there]
+    eye = transform_points(field.world_to_index, camera.eye)
+    right, up, forward = (linear @ axis for axis in camera.basis)
+    sideways = [sx * right[i] + sy * up[i] for i in range(3)]
+    deep = depth[there].astype(np.float64)
+    if camera.orthographic:
+        begins = [eye[i] + sideways[i] for i in range(3)]
+        ways = [np.full(len(sx), forward[i]) for i in range(3)]
+        lengths = np.ones(len(sx))
+    else:
+        begins = [np.full(len(sx), eye[i]) for i in range(3)]
+        ways = [forward[i] + sideways[i] for i in range(3)]
+        lengths = np.sqrt(1.0 + sx * sx + sy * sy)
+    found, open_ = np.zeros(len(sx), np.int64), np.arange(len(sx))
+    for far in BEHIND * float(field.spacing.min()):
+        along = deep[open_] + far / lengths[open_]
+        found[open_] = _ids(field, [begins[i][open_] + along * ways[i][open_] for i in range(3)])
+        open_ = open_[found[open_] == 0]
+    ids = np.zeros(depth.shape, np.int64)
+    ids[there] = found
+    return ids
+
+
+def _ids(field: Grid, index: Sequence[Array]) -> NDArray[np.int64]:
+    """Ids of the voxels in which index coordinates x, y, z lie, 0 outside."""
+    whole = [np.floor(np.asarray(one) + 0.5).astype(np.int64) for one in index]
+    inside = np.ones(whole[0].shape, bool)
+    for one, count in zip(whole, field.dims, strict=True):
+        inside &= (one >= 0) & (one < count)
+    found = np.zeros(inside.shape, np.int64)
     if inside.any():
-        x, y, z = index[inside].T
-        low, high = index[inside].min(axis=0), index[inside].max(axis=0) + 1
-        block = field.buffer.part(low[::-1], high[::-1])
-        found[inside] = block[z - low[2], y - low[1], x - low[0]]
+        x, y, z = (one[inside] for one in whole)
+        low = [int(one.min()) for one in (z, y, x)]
+        block = field.buffer.part(low, [int(one.max()) + 1 for one in (z, y, x)])
+        found[inside] = block[z - low[0], y - low[1], x - low[2]]
     return found
 
 
