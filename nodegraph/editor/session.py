@@ -71,7 +71,7 @@ class Session(QObject):
         self.engine = engine if engine is not None else Engine()
         self.report = Report()
         self.level = ""
-        self.frame = 0  # of the animation, the one that is shown
+        self.frame: int  # of the animation, the one that is shown
         self.network: Network
         self.mail = Mailbox(self)
         self.states: States
@@ -350,6 +350,7 @@ class Session(QObject):
         self.network = network
         self.report = Report()
         self.level = ""
+        self.frame = 0
         self._gestures = 0
         self._selected = []
         self._told = {}
