@@ -88,7 +88,7 @@ class DeviceService:
 
     @property
     def budget(self) -> int | None:
-        """Bytes that everything on the device may take, what lies on the host included where that is the same memory."""
+        """Bytes that everything on the device may take, with what lies on the host where that is the same memory."""
         limit: int | None = self._device.memory.budget.limit
         return limit
 

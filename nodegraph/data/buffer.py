@@ -134,7 +134,7 @@ class Buffer:
         return self._chunked.resident + (0 if self._array is None else self.nbytes)
 
     def keep_at_most(self, nbytes: int) -> int:
-        """Bytes that may be kept of what is read of a buffer in chunks: at most so many from now on. 0 for any other."""
+        """Bytes that may be kept of what is read of a buffer in chunks: at most so many from now on; 0 for others."""
         if self._chunked is None:
             return 0
         self._chunked.keep_at_most(nbytes)

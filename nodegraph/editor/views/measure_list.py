@@ -95,6 +95,7 @@ class MeasureList(QWidget):
             if entry[:2] == self.all.marked and not item.isSelected():
                 self.tree.clearSelection()
                 item.setSelected(True)
+                self.tree.scrollToItem(item)
         self.tree.blockSignals(False)
         self._pages.setCurrentIndex(1 if entries else 0)
         self._copy.setEnabled(bool(entries))

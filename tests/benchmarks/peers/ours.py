@@ -46,7 +46,7 @@ class Ours:
         """What the settings that were tried were before."""
 
     def frame(self, settings: Mapping[str, Any], camera: Camera | None = None, quality: str = "final") -> NDArray[Any]:
-        """Render and bring the picture to the host: linear premultiplied RGBA, (h, w, 4). Other settings are as shipped."""
+        """Render and bring the picture to the host: linear premultiplied RGBA (h, w, 4). Other settings as shipped."""
         return self.run(settings, camera, quality)[0]
 
     def run(
