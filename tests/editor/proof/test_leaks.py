@@ -49,7 +49,7 @@ def used_and_closed(file: Path, qtbot: QtBot) -> tuple[list[int], list[Weak]]:
 
     Returns how many objects each device still holds, and what nobody should hold any more.
     """
-    window = open_window(file, "auto", Settings())
+    window = open_window([file], "auto", Settings())
     session = window.session
     qtbot.waitUntil(lambda: str(session.state("view")) == "clean", timeout=30000)
     devices = list(session.engine._devices.opened)

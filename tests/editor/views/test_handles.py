@@ -184,6 +184,16 @@ def test_hover_lights_and_escape_takes_back(view: ViewWidget, session: Session) 
     assert view.area.cursor().shape() != Qt.CursorShape.PointingHandCursor
 
 
+def test_a_click_on_a_grip_is_no_step(view: ViewWidget, session: Session) -> None:
+    session.select("box")
+    at = place(view.handles, "low y")
+    press(view, at)
+    release(view, at)
+    assert session.history.undo_name == ""
+    assert session.network.get("box.crop") is None
+    assert not session.in_gesture
+
+
 def test_beside_a_grip_the_view_turns(view: ViewWidget, session: Session) -> None:
     session.select("other")
     drag(view, (5.0, 200.0), (30.0, 190.0))
