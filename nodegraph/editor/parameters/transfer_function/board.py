@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QFontMetricsF, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from nodegraph.data import TransferFunction
@@ -26,6 +26,7 @@ class Board(QWidget):
         super().__init__(parent)
         self.plot = Plot()
         self.readout = ""
+        self._aside = False  # whether that is told at the left, away from the mouse
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -169,15 +170,25 @@ class Board(QWidget):
         self.plot.draw(painter, self.palette(), self.isEnabled())
         area = self.plot.area
         if self.readout:
+            chip = QFontMetricsF(painter.font()).boundingRect(self.readout).adjusted(-5.0, -2.0, 5.0, 2.0)
+            if self._aside:
+                chip.moveTopLeft(area.topLeft() + QPointF(4.0, 4.0))
+            else:
+                chip.moveTopRight(area.topRight() + QPointF(-4.0, 4.0))
+            back = self.palette().base().color()
+            back.setAlpha(215)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(back)
+            painter.drawRoundedRect(chip, 4.0, 4.0)
             painter.setPen(self.palette().text().color())
-            corner = area.adjusted(6, 3, -6, 0)
-            painter.drawText(corner, Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignRight, self.readout)
+            painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, self.readout)
         elif not self.function.keys:
             painter.setPen(self.palette().placeholderText().color())
             painter.drawText(area, Qt.AlignmentFlag.AlignCenter, "Double-click to add a key")
 
     def read(self, point: QPointF, held: Grip | None = None) -> None:
         """Say which value the mouse is at, or value and opacity of what it holds, and what that caught on."""
+        self._aside = point.x() > self.plot.area.center().x()
         unit = f" {self.unit}" if self.unit else ""
         grip = held if held is not None else self.plot.hovered
         if grip is not None and grips.there(self.shape, [grip]):

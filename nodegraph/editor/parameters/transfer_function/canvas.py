@@ -151,6 +151,7 @@ class Canvas(Board):
             self._let_go()
             self.ended.emit()
         self._pan = self._rubber = self.plot.rubber = None
+        self.read(event.position())
         self.unsetCursor()
         self.update()
 
