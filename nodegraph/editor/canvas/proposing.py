@@ -34,6 +34,7 @@ from nodegraph.editor.canvas.proposals import (
     propose_wires,
     told,
 )
+from nodegraph.editor.canvas.wires import WireItem
 from nodegraph.errors import GraphError
 from nodegraph.variable_commands import Link
 from nodegraph.wires import is_many
@@ -151,13 +152,26 @@ class Proposing(QObject):
             return
         item = NodeItem(node.id, face_of(node), self.scene.look, self.scene.standing.status)
         item.setPos(corner)
+        over = self.view.wire_below(item.body_in_scene(), lambda wire: bool(self.view.edits.fits_into(node, wire)))
+        self._mark(over)
+        if over is not None:
+            self._draw([])  # it would go in there, which wires it
+            return
         found = propose_wires(self.scene.level, node, self._boxes(item), self._known)
         self._draw([self._ends(one, item) for one in found])
 
     def leave(self) -> None:
         """The processor was dragged away or dropped."""
         self._hovered = None
+        self._mark(None)
         self._draw([])
+
+    def _mark(self, over: WireItem | None) -> None:
+        """Mark the wire that the processor would be inserted into, and no other."""
+        for item in self.scene.wires.values():
+            if item.marked != (item is over):
+                item.marked = item is over
+                item.dress()
 
     # -- after it was dropped -----------------------------------------------------------------------------------
 

@@ -1,8 +1,8 @@
-"""The canvas as it is looked at and worked on: zoom and pan, mouse, keys, drops."""
+"""The canvas as it is worked on: mouse, keys, drops."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import (
     QContextMenuEvent,
     QDragEnterEvent,
@@ -12,34 +12,29 @@ from PySide6.QtGui import (
     QHelpEvent,
     QKeyEvent,
     QMouseEvent,
-    QPainter,
-    QPixmapCache,
-    QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QGraphicsView
 
 from nodegraph.editor.canvas.drags import BandDrag, BendDrag, Drag, MoveDrag, PanDrag, PullDrag, ResizeDrag, WireDrag
 from nodegraph.editor.canvas.edits import CanvasEdits
 from nodegraph.editor.canvas.faces import Port
 from nodegraph.editor.canvas.items import BoxItem
-from nodegraph.editor.canvas.look import GRID, dotted
+from nodegraph.editor.canvas.look import GRID
 from nodegraph.editor.canvas.node_item import NodeItem
 from nodegraph.editor.canvas.proposing import Proposing
 from nodegraph.editor.canvas.scene import CanvasScene, Item
+from nodegraph.editor.canvas.scene_view import SceneView
 from nodegraph.editor.canvas.tips import Tips
 from nodegraph.editor.canvas.wires import BendItem, WireItem
 
 MIME = "application/x-nodegraph-processor"
-LEAST, MOST = 0.08, 3.0
 HANDLE = QPointF(70, 18)
 """Where a node that is dragged in is held, from its corner."""
 
 
-class GraphView(QGraphicsView):
+class GraphView(SceneView):
     """Shows a `CanvasScene`. What needs a menu or a field is asked for by signals; `CanvasView` answers them."""
 
-    moved = Signal()  # another part is seen
     wants_menu = Signal(QPoint, object)  # where on the screen, the item there or None
     wants_processors = Signal(QPointF, object)  # where in the scene; (id, port, whether an output) or None
     wants_parameters = Signal(QPointF, str, str, object)  # where, source, target id, names
@@ -48,21 +43,8 @@ class GraphView(QGraphicsView):
 
     def __init__(self, scene: CanvasScene, edits: CanvasEdits) -> None:
         super().__init__(scene)
-        self.canvas_scene = scene
         self.edits = edits
         self.drag: Drag | None = None
-        self.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self.setTransformationAnchor(QGraphicsView.ViewportAnchor.NoAnchor)
-        self.setResizeAnchor(QGraphicsView.ViewportAnchor.NoAnchor)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.SmartViewportUpdate)
-        self.setOptimizationFlag(QGraphicsView.OptimizationFlag.DontSavePainterState, False)
-        self.setFrameShape(QGraphicsView.Shape.NoFrame)
-        self.setCacheMode(QGraphicsView.CacheModeFlag.CacheBackground)
-        # What the nodes seen on a large, dense screen take; the default would paint them anew all the time.
-        QPixmapCache.setCacheLimit(max(QPixmapCache.cacheLimit(), 96 * 1024))
-        self.setSceneRect(QRectF(-50000, -50000, 100000, 100000))
         self.setMouseTracking(True)
         self.setAcceptDrops(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -73,106 +55,10 @@ class GraphView(QGraphicsView):
         scene.synced.connect(self._end_drag)
         scene.leaving.connect(self._end_drag)
 
-    # -- where ----------------------------------------------------------------------------------------------------
-
-    @property
-    def zoom(self) -> float:
-        return self.transform().m11()
-
-    def pixels(self, away: QPointF) -> float:
-        """Length in pixels of a way in the scene."""
-        return float((away.x() ** 2 + away.y() ** 2) ** 0.5 * self.zoom)
-
-    def zoom_by(self, factor: float, at: QPointF | None = None) -> None:
-        """Zoom so that a pixel of the viewport, by default the middle, keeps what it shows."""
-        where = at if at is not None else QPointF(self.viewport().rect().center())
-        new = max(LEAST, min(MOST, self.zoom * factor))
-        before = self.mapToScene(where.toPoint())
-        self.scale(new / self.zoom, new / self.zoom)
-        after = self.mapToScene(where.toPoint())
-        away = (after - before) * self.zoom
-        self.pan(-away.x(), -away.y())
-
-    def pan(self, x: float, y: float) -> None:
-        """Move what is seen by pixels."""
-        self.horizontalScrollBar().setValue(self.horizontalScrollBar().value() + round(x))
-        self.verticalScrollBar().setValue(self.verticalScrollBar().value() + round(y))
-        self.moved.emit()
-
-    def show_rect(self, rect: QRectF) -> None:
-        """Zoom and pan so that a rectangle of the scene is seen, never larger than life."""
-        if rect.isEmpty():
-            return
-        room = rect.adjusted(-40, -40, 40, 40)
-        view = self.viewport().rect()
-        factor = min(view.width() / room.width(), view.height() / room.height(), 1.0)
-        self.resetTransform()
-        self.scale(max(LEAST, factor), max(LEAST, factor))
-        self.centerOn(room.center())
-        self.moved.emit()
-
-    def fit(self) -> None:
-        """Show what is selected, or everything."""
-        scene = self.canvas_scene
-        scene.flush()
-        area = QRectF()
-        for id in scene.chosen():
-            area = area.united(scene.nodes[id].body_in_scene())
-        self.show_rect(area if not area.isEmpty() else scene.content())
-
-    def seen(self) -> QRectF:
-        """The rectangle of the scene that is seen."""
-        return self.mapToScene(self.viewport().rect()).boundingRect()
-
-    def cursor_point(self) -> QPointF:
-        """The point of the scene below the mouse; the middle of what is seen while the mouse is elsewhere."""
-        here = self.viewport().mapFromGlobal(self.cursor().pos())
-        return self.mapToScene(here) if self.viewport().rect().contains(here) else self.seen().center()
-
-    # -- what is there ----------------------------------------------------------------------------------------------
-
-    def node_at(self, point: QPointF, reach: float = 10.0) -> NodeItem | None:
-        """The node at a point, or whose port is near."""
-        near = QRectF(point.x() - reach, point.y() - reach, 2 * reach, 2 * reach)
-        found = [
-            item
-            for item in self.canvas_scene.items(near, Qt.ItemSelectionMode.IntersectsItemBoundingRect)
-            if isinstance(item, NodeItem)
-        ]
-        for item in found:
-            if item.body().contains(point - item.pos()):
-                return item
-        return next((item for item in found if item.port_at(point, reach) is not None), None)
-
-    def item_at(self, point: QPointF) -> Item | None:
-        """The uppermost thing at a point."""
-        node = self.node_at(point)
-        if node is not None:
-            return node
-        near = QRectF(point.x() - 5, point.y() - 5, 10, 10)
-        near_by = self.canvas_scene.items(near, Qt.ItemSelectionMode.IntersectsItemBoundingRect)
-        for item in near_by:
-            if isinstance(item, BendItem):
-                return item
-        for item in near_by:
-            if isinstance(item, WireItem) and item.touches(near):
-                return item
-            if isinstance(item, BoxItem) and item.contains(point - item.pos()):
-                return item
-        return None
-
     def wire_for(self, id: str, pulled: bool = False) -> WireItem | None:
         """The wire below a node that the node fits into; ``pulled``: when it has left its own."""
         body = self.canvas_scene.nodes[id].body_in_scene()
-        middle = QRectF(body.left() + 10, body.top(), body.width() - 20, body.height())
-        for item in self.canvas_scene.items(middle, Qt.ItemSelectionMode.IntersectsItemBoundingRect):
-            if (
-                isinstance(item, WireItem)
-                and item.touches(middle)
-                and self.edits.can_insert(id, item.wire, pulled) is not None
-            ):
-                return item
-        return None
+        return self.wire_below(body, lambda wire: self.edits.can_insert(id, wire, pulled) is not None)
 
     def offer_processors(self, point: QPointF, id: str, port: str, output: bool) -> None:
         self.wants_processors.emit(point, (id, port, output))
@@ -452,18 +338,6 @@ class GraphView(QGraphicsView):
         if isinstance(item, NodeItem):
             return item.face.id, item.port_row_at(point)
         return item if isinstance(item, WireItem) else None
-
-    def drawBackground(self, painter: QPainter, rect: QRectF | QRect) -> None:
-        look = self.canvas_scene.look
-        painter.fillRect(rect, look.background)
-        step = GRID if self.zoom > 0.6 else GRID * 5 if self.zoom > 0.2 else 0.0
-        if not step:
-            return
-        painter.fillRect(rect, dotted(look.grid, step, self.zoom))
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self.moved.emit()
 
 
 def _processor_in(event: QDropEvent) -> str:

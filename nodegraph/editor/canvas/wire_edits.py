@@ -87,12 +87,16 @@ class WireEdits(LevelEdits):
 
         ``pulled``: it comes out of its own wires first.
         """
-        source, target, name = wire
         node = self.level.nodes.get(id)
-        giver, _, output = source.rpartition(".")
-        if node is None or giver not in self.level.nodes or id in (giver, target):
+        if node is None or (any(node.inputs.values()) and not pulled):
             return None
-        if any(node.inputs.values()) and not pulled:
+        return self.fits_into(node, wire)
+
+    def fits_into(self, node: Node, wire: Wire) -> tuple[str, str] | None:
+        """The input and output by which a node that reads nothing would go into a wire; None where it does not fit."""
+        source, target, name = wire
+        giver, _, output = source.rpartition(".")
+        if giver not in self.level.nodes or node.id in (giver, target):
             return None
         given = output_port(self.level.nodes[giver], output).type
         wanted = next((port.type for port in inputs_of(self.level.nodes[target]) if port.name == name), None)

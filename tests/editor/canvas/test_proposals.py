@@ -141,6 +141,20 @@ def test_a_drag_shows_wires_and_shift_draws_them(session: Session, alone: Canvas
     assert text_of(session) == before
 
 
+def test_over_a_wire_the_wire_is_lit_and_takes_it(session: Session, canvas: CanvasView) -> None:
+    data = QMimeData()
+    data.setData(MIME, b"filter.gaussian_blur")
+    wire = canvas.scene.wires[("volume.volume", "box", "volume"), 0]
+    where = canvas.view.mapFromScene(wire.path().pointAtPercent(0.5) + QPointF(0, -10))
+    action, left, none = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    canvas.view.dragEnterEvent(QDragEnterEvent(where, action, data, left, none))
+    lit = [item.wire for item in canvas.scene.wires.values() if item.marked]
+    assert len(lit) == 1
+    canvas.view.dropEvent(QDropEvent(QPointF(where), action, data, left, none, QEvent.Type.Drop))
+    assert not any(item.marked for item in canvas.scene.wires.values())
+    assert session.network.node("gaussian_blur").inputs["volume"] == (lit[0][0],)
+
+
 def test_the_bar_stays_at_the_lower_edge(session: Session, alone: CanvasView) -> None:
     alone.view.drop_processor("render.raycast", right_of(alone, "volume"))
     bar = alone.view.proposing.bar
