@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import random
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from nodegraph import Network, locations, workspace
+from nodegraph import Network, locations, registry, workspace
 from nodegraph.editor.app import application
+from nodegraph.editor.shader_editor import ShaderPanel
 from nodegraph.editor.window import Window
 from tests.editor.conftest import MakeWindow
 from tests.editor.proof.mistakes import Mistakes
@@ -42,9 +44,13 @@ def cast() -> Network:
     return network
 
 
+def _is_ours(panel: ShaderPanel) -> bool:
+    return panel.path is None or panel.path.is_relative_to(locations.home())
+
+
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Home, working place, examples and cache of the monkey."""
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Home, working place, examples, plug-ins and cache of the monkey, who may not write into our own shaders."""
     made = tmp_path / "home"
     (made / "workspaces").mkdir(parents=True)
     for name, network in (("slice", small()), ("cast", cast())):
@@ -54,7 +60,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("NODEGRAPH_CACHE", str(tmp_path / "cache"))
     monkeypatch.chdir(made)
     monkeypatch.setattr(locations, "workspaces", lambda: made / "workspaces")
-    return made
+    (made / "plugins").mkdir()
+    monkeypatch.setenv("NODEGRAPH_PATH", str(made / "plugins"))
+    monkeypatch.setattr(ShaderPanel, "read_only", property(_is_ours))
+    yield made
+    registry.default.cache_clear()
 
 
 @pytest.mark.slow
