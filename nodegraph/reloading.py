@@ -11,6 +11,7 @@ that is open and for all settings that have run. Close it, or use it as a contex
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from nodegraph.engine import Engine
     from nodegraph.processor import Processor
     from nodegraph.registry import Entry, Registry
+
+
+DEEPEST = 6
 
 
 class Outcome(NamedTuple):
@@ -64,7 +68,7 @@ class Reloading:
         """Every folder in which a file may change, appear or go: of processors and shaders, and those inside."""
         entries = self.registry.entries()
         tops = {top for entry in entries for top in (entry.folder.processors, *entry.folder.shaders)}
-        inner = {path.parent for top in tops for path in top.rglob("*.glsl")}
+        inner = {path.parent for top in tops for path in _kernels(top)}
         return sorted(path for path in tops | inner | {entry.path.parent for entry in entries} if path.is_dir())
 
     def files(self) -> list[Path]:
@@ -146,6 +150,18 @@ class Reloading:
             self._refused.pop(path, None)
             kernel_sources.accept(change)
             yield Outcome(change.key[0], path)
+
+
+def _kernels(top: Path) -> Iterator[Path]:
+    """Kernel files below a folder, as deep as processors may lie; environments and hidden folders are passed over."""
+    for folder, inner, names in os.walk(top):
+        depth = len(Path(folder).relative_to(top).parts)
+        inner[:] = [
+            name
+            for name in inner
+            if depth < DEEPEST and name[0] not in "._" and not os.path.exists(os.path.join(folder, name, "pyvenv.cfg"))
+        ]
+        yield from (Path(folder, name) for name in names if name.endswith(".glsl"))
 
 
 def _try(change: Changed, engine: Engine | None) -> None:

@@ -28,10 +28,12 @@ def drop(window: Window, *paths: Path) -> None:
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
     action, button, keys = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-    entering = QDragEnterEvent(QPoint(300, 300), action, data, button, keys)
-    QApplication.sendEvent(window, entering)
+    # The mouse is over what stands in the middle, which has drops of its own and passes these on.
+    below = window.canvas.view.viewport() if window.canvas.isVisible() else window.welcome.viewport()
+    entering = QDragEnterEvent(QPoint(30, 30), action, data, button, keys)
+    QApplication.sendEvent(below, entering)
     assert entering.isAccepted()
-    QApplication.sendEvent(window, QDropEvent(QPointF(300, 300), action, data, button, keys))
+    QApplication.sendEvent(below, QDropEvent(QPointF(30, 30), action, data, button, keys))
 
 
 def offered(window: Window, qtbot: QtBot):
@@ -87,7 +89,7 @@ def test_beside_what_is_there_or_as_a_new_network(window: Window, blob: Path, tm
     workspace.save(net, tmp_path / "there.json")
     window.open_file(tmp_path / "there.json")
     for afresh, nodes in ((False, 7), (True, 6)):
-        window.beginning.start([blob])
+        drop(window, blob)
         chooser = offered(window, qtbot)
         (chooser.afresh if afresh else chooser.beside).setChecked(True)
         chooser.accept()
