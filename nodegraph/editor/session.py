@@ -52,6 +52,7 @@ class Session(QObject):
     """One open document with its history, its engine, and what is selected in it. Close it when the window closes."""
 
     changed = Signal(object)  # list[Command] that were done, undone or redone
+    stepped = Signal()  # a gesture has ended, and is a step now
     replaced = Signal()  # another document is open
     selected = Signal(object)  # tuple[str, ...] of node paths
     entered = Signal(str)  # path of the group whose inside is shown, empty for the top
@@ -135,6 +136,7 @@ class Session(QObject):
         if self._gestures == 0:
             self.history.end()
             self._soon.start()
+            self.stepped.emit()
 
     def cancel(self) -> None:
         """End all open gestures and take back what they did."""

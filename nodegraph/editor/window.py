@@ -314,6 +314,7 @@ class Window(QMainWindow):
         session = self.session
         session.replaced.connect(self._replaced)
         session.changed.connect(self._changed)
+        session.stepped.connect(self._enable)
         session.saved.connect(lambda _path: self._name())
         session.selected.connect(lambda _paths: self._enable())
         self.palette_panel.chosen.connect(self.add_processor)

@@ -236,3 +236,12 @@ def test_the_welcome_page_has_the_window_for_itself(opened: Window) -> None:
 def test_what_a_message_begins_with_is_written_as_it_is_called() -> None:
     said = Message("error", "mri", "mri: data/lost.nii.gz: there is no such file; check the path")
     assert parts(said) == ("mri", "data/lost.nii.gz: there is no such file", "Check the path")
+
+
+def test_a_gesture_that_ended_can_be_undone_from_the_menu(opened: Window) -> None:
+    undo = opened.actions_by_name["undo"]
+    assert not undo.isEnabled()
+    with opened.session.gesture("drag"):
+        opened.session.do(Set("blur.sigma", 3.0))
+    assert undo.isEnabled()
+    assert undo.text() == "Undo drag"
