@@ -68,6 +68,9 @@ def used_and_closed(file: Path, qtbot: QtBot) -> tuple[list[int], list[Weak]]:
     for box in window.findChildren(QWidget):
         if box.isModal():
             box.close()
+    tools = window.views[0].view.toolbox
+    for act in (tools.crosshair, tools.distance, tools.fly):
+        act()
     window.quad_view()
     session.undo()
     session.do(Set("raycast.step", 0.5))
