@@ -128,7 +128,9 @@ def test_a_node_put_into_a_bent_wire_leaves_the_bends_on_their_sides(
 
 def test_bends_follow_their_wire(session: Session, canvas: CanvasView) -> None:
     network = session.network
+    revision = network.revision
     canvas.edits.bend(WIRE, [QPointF(10, 20), QPointF(30, 40)])
+    assert network.revision == revision  # nothing is computed for it
     before = text_of(session)
     session.do(Rename("blur", "soft"))
     assert bends_of(network.node("raycast"), "volume", "soft.smoothed") == [(10, 20), (30, 40)]
