@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from nodegraph import animation, links
 from nodegraph.commands import Command, Reset, Set
+from nodegraph.data import Volume
 from nodegraph.errors import GraphError, ParameterError
 from nodegraph.group_commands import HidePort, ShowPort
 from nodegraph.network import Kept, Network, Node, Variable, unique
 from nodegraph.params import File, Folder, Parameter, Text
+from nodegraph.subjects import things_of
 from nodegraph.variable_commands import AddVariable, Link, SetExpression, Unlink
 from nodegraph.wires import feeds
 
@@ -122,6 +124,11 @@ class Place:
         declared = self.declared
         value = self.value()
         return str(value) if isinstance(value, str) else json.dumps(declared.encode(value))
+
+    def volume(self) -> Volume | None:
+        """The nearest volume that the node reads, as far as it is known; of a group, the node behind its face."""
+        leaf, _, _ = links.plain_parameter(self.node, self.name)
+        return nearest_volume(self.session, leaf.path)
 
     def as_python(self) -> str:
         """What a script says to decide the value in the same way; ``net`` is the network."""
@@ -282,6 +289,16 @@ class Place:
 
     def _all_names(self) -> frozenset[str]:
         return frozenset(name for level in self.session.network.levels() for name in level.variables)
+
+
+def nearest_volume(session: Session, path: str) -> Volume | None:
+    """The nearest volume above a node, as far as it is known. Its numbers may lie on a device."""
+    for name in things_of(session.network, path):
+        node, _, output = name.rpartition(".")
+        value = session.value(node, output) if node != path else None
+        if isinstance(value, Volume):
+            return value
+    return None
 
 
 def _literal(declared: Parameter, value: Any) -> str:

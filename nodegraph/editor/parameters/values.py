@@ -13,6 +13,7 @@ from nodegraph.editor.parameters.color import ColorField
 from nodegraph.editor.parameters.field import Field, is_shortcut
 from nodegraph.editor.parameters.look import GAP, LABEL_WIDTH, ROW_HEIGHT, caption
 from nodegraph.editor.parameters.numbers import NumberEntry, NumberField, stepped
+from nodegraph.editor.parameters.place import Place
 from nodegraph.editor.parameters.simple import ChoiceField
 from nodegraph.errors import GraphError
 from nodegraph.params import Choice, Color, Float, Parameter
@@ -141,7 +142,7 @@ class LightField(Parts):
 
 
 class PlaneField(Parts):
-    """A point of the plane, its normal, and the three planes of the patient."""
+    """A point of the plane, its normal, the three planes of the patient, and the middle of the volume."""
 
     def __init__(self, declaration: Parameter, place: Any = None, parent: QWidget | None = None) -> None:
         super().__init__(declaration, place, parent)
@@ -156,6 +157,19 @@ class PlaneField(Parts):
             )
             self.buttons[name] = button
             line.addWidget(button)
+        if isinstance(self.place, Place):
+            button = self.buttons["Centre"] = QPushButton("Centre")
+            button.setFixedHeight(ROW_HEIGHT)
+            button.setToolTip("Through the middle of the volume")
+            button.clicked.connect(self._centre)
+            line.addWidget(button)
         self.rows.addLayout(line, self.rows.rowCount(), 0, 1, 2)
         self.add_vector("origin", "Through", "mm")
         self.add_vector("normal", "Normal")
+
+    def _centre(self) -> None:
+        volume = self.place.volume() if self.place is not None else None
+        if volume is None:
+            self.refused.emit("the volume is not known yet; show a view of it first")
+        else:
+            self.offer(lambda: self.changed(origin=[float(f"{part:.9g}") for part in volume.centre]))

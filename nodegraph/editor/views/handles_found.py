@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nodegraph import links
 from nodegraph.animation import shared_place
-from nodegraph.data import Camera, Light, Plane, Volume
-from nodegraph.data.space import Matrix, Vector
-from nodegraph.editor.parameters.place import Place, shown_parameters
+from nodegraph.data import Camera, Light, Plane
+from nodegraph.data.space import Matrix
+from nodegraph.editor.parameters.place import Place, nearest_volume, shown_parameters
 from nodegraph.editor.views.handles_shapes import BoxShape, PlaneShape, Shape
 from nodegraph.editor.views.handles_sources import CameraShape, LightShape
 from nodegraph.errors import GraphError
 from nodegraph.params import Parameter
-from nodegraph.subjects import subject_of, things_of
+from nodegraph.subjects import subject_of
 
 if TYPE_CHECKING:
     from nodegraph.editor.session import Session
@@ -75,22 +74,20 @@ def _places(session: Session, path: str) -> list[Place]:
 def _shape(session: Session, view: str, place: Place, camera: Camera) -> Shape | None:
     value, declared = place.value(), place.declared
     if declared.handle == "box":
-        return _box(session, place, value, declared)
+        return _box(place, value, declared)
     if isinstance(value, Plane):
-        leaf, _, _ = links.plain_parameter(place.node, place.name)
-        corners = _corners(session, leaf.path)
-        return PlaneShape(value, corners if len(corners) else _corners(session, view))
+        volume = place.volume() or nearest_volume(session, view)
+        return PlaneShape(value, np.asarray(volume.corners) if volume is not None else np.empty((0, 3)))
     if isinstance(value, Light):
         return LightShape(value, camera)
     return CameraShape(value) if isinstance(value, Camera) else None
 
 
-def _box(session: Session, place: Place, value: Any, declared: Parameter) -> Shape | None:
+def _box(place: Place, value: Any, declared: Parameter) -> Shape | None:
     """A box in the space that its unit names. None where the volume that it is a part of is not known yet."""
     if declared.unit not in SPACES:
         return None
-    leaf, _, _ = links.plain_parameter(place.node, place.name)  # of a group, what is behind its face
-    volume = _volume(session, leaf.path)
+    volume = place.volume()
     if declared.unit == "mm":
         if volume is None and value is None:
             return None
@@ -104,19 +101,3 @@ def _box(session: Session, place: Place, value: Any, declared: Parameter) -> Sha
     fractions: Matrix = np.diag([*dims, 1.0])
     fractions[:3, 3] = -0.5
     return BoxShape(value, volume.index_to_world @ fractions, (np.zeros(3), np.ones(3)), bounded=True)
-
-
-def _volume(session: Session, path: str) -> Volume | None:
-    """The nearest volume that a node reads, as far as it is known."""
-    for name in things_of(session.network, path):
-        node, _, output = name.rpartition(".")
-        value = session.value(node, output) if node != path else None
-        if isinstance(value, Volume):
-            return value
-    return None
-
-
-def _corners(session: Session, path: str) -> Vector:
-    """Corners, world mm, of the box around the nearest volume above a node; none where none is known."""
-    volume = _volume(session, path)
-    return np.asarray(volume.corners) if volume is not None else np.empty((0, 3))

@@ -208,6 +208,18 @@ def test_a_file_beside_the_workspace_is_stored_relative(row: Any, session: Any, 
     assert session.network.get("all.path") == "ct.nii"
 
 
+def test_a_plane_goes_to_the_middle_of_the_volume(alone: Any, session: Any, qtbot: Any) -> None:
+    shown = alone("plane")
+    shown.field.buttons["Centre"].click()
+    assert "not known yet" in shown.error.text()
+    with qtbot.waitSignal(session.values_changed, timeout=10000):
+        session.ask("cube", None)
+    shown.field.buttons["Centre"].click()
+    assert session.network.get("all.plane").origin == tuple(session.value("cube", "volume").centre)
+    session.undo()
+    assert session.network.get("all.plane") == data.Plane()
+
+
 def test_kinds_of_plugins() -> None:
     """A derived kind gets its parent's widget, another one shows its JSON."""
 
