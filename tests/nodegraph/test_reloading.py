@@ -192,6 +192,8 @@ def test_nodes_keep_their_values_through_a_reload_and_what_is_gone_is_kept(tmp_p
     net.add("filter.scale", "one")
     net.add("filter.scale", "two", factor=5.0, shift=1.5)
     net.connect("one.scaled", "two.volume")
+    net.set("one.shift", 0.5)
+    net.set("one.shift", 0.75)
     net.set("one.factor", 3.0)
     net.set("one.factor", 4.0)
     with Reloading(found) as reloading:
@@ -202,14 +204,19 @@ def test_nodes_keep_their_values_through_a_reload_and_what_is_gone_is_kept(tmp_p
     assert net["two"].factor == 5
     assert isinstance(net.node("two").params["shift"], Kept)
     assert net.node("two").inputs == {"volume": ("one.scaled",)}
-    assert [text.partition(":")[0] for text in rebind.told] == ["two.shift", "two.volume"]
+    assert [text.partition(":")[0] for text in rebind.told] == ["one.shift", "two.shift", "two.volume"]
     assert isinstance(net.flatten().nodes["two"].problem, PortError)
     assert {node.path for node in rebind._edits.touched} == {"one", "two"}
     # What was done before is undone and redone in the terms of the new declaration, and the file keeps it all.
     net.undo()
     assert net["one"].factor == 3
+    assert isinstance(net["one"].factor, int)
     net.undo()
     assert net["one"].factor == 2
+    net.undo()
+    assert isinstance(net.node("one").params["shift"], Kept)
+    assert net.node("one").params["shift"].json == 0.5
+    net.redo()
     net.redo()
     net.redo()
     assert net["one"].factor == 4
