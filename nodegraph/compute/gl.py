@@ -1,6 +1,6 @@
 """OpenGL 3.3 and later through moderngl: kernels are fragment shaders that draw into float textures.
 
-moderngl makes the context, textures and programs; whatever may take long goes past it (see gl_calls.py).
+moderngl makes the context and the programs; whatever may take long goes past it (see gl_calls.py).
 Row 0 of a texture is row 0 of the picture, on upload, in gl_FragCoord and on read-back, so nothing is flipped.
 """
 
@@ -42,8 +42,8 @@ void main() {
     gl_Position = vec4(vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) * 2.0 - 1.0, 0.0, 1.0);
 }
 """
-# moderngl's name of the texture type for an element: normalised integers, integers, reals.
-_NORMALISED = {"u1": "f1", "u2": "nu2"}
+# Integers that a sampler of reals reads: shares of their greatest.
+_NORMALISED = {"u1": "u1 / 255", "u2": "u2 / 65535"}
 _FORMATS = {1: 0x1903, 2: 0x8227, 4: 0x1908}
 _INTEGER_FORMATS = {1: 0x8D94, 2: 0x8228, 4: 0x8D99}
 _TYPES = {"u1": 0x1401, "u2": 0x1403, "u4": 0x1405, "i4": 0x1404, "f2": 0x140B, "f4": 0x1406}
@@ -75,11 +75,11 @@ class Handle:
                 self.written[name] = data
 
 
-class _Line(NamedTuple):
-    """A texture of one axis, named as moderngl names its own."""
+class _Texture(NamedTuple):
+    """A texture of one to three axes, named as moderngl names its own."""
 
     glo: int
-    size: tuple[int]
+    size: tuple[int, ...]
     components: int
 
 
@@ -191,44 +191,33 @@ class GLDevice(Device):
     def make_texture(self, placement: Placement, where: str) -> Owned:
         """Make a texture without data; memory is reserved already."""
         self.calls.get_error()
-        if len(placement.shape) == 1 and is_line(placement.storage, 1):
-            return self._make_line(placement, where)
-        kind = placement.storage.sampler
-        element = placement.storage.element
-        dtype = element if kind or element[0] == "f" else _NORMALISED[element]
-        size = placement.shape[::-1] if len(placement.shape) > 1 else (placement.shape[0], 1)
-        make = self.context.texture3d if len(size) == 3 else self.context.texture
-        texture = make(size, placement.texture_components, dtype=dtype)
-        texture.repeat_x = texture.repeat_y = False
-        if len(size) == 3:
-            texture.repeat_z = False
-        smooth = self.limits["filtering"] and not kind and element != "u1"
-        mode = self.context.LINEAR if smooth else self.context.NEAREST
-        texture.filter = (mode, mode)
-        self.require_no_error(f"a texture of {'x'.join(map(str, size))} for {where}", texture.release)
-        return texture, placement.nbytes, texture.release
-
-    def _make_line(self, placement: Placement, where: str) -> Owned:
-        """A texture of one axis, which moderngl has not."""
+        size = placement.shape[::-1]
+        target = _target(placement)
+        if target == gl.TEXTURE_2D and len(size) == 1:
+            size = (size[0], 1)
         calls, name = self.calls, ctypes.c_uint()
         calls.gen_textures(1, ctypes.byref(name))
 
         def release() -> None:
             calls.delete_textures(1, ctypes.byref(name))
 
-        line = _Line(int(name.value), (placement.shape[0],), placement.texture_components)
+        storage = placement.storage
+        texture = _Texture(int(name.value), size, placement.texture_components)
         calls.active_texture(gl.TEXTURE0)
-        calls.bind_texture(gl.TEXTURE_1D, line.glo)
-        form = {1: gl.R32F, 2: gl.RG32F, 3: gl.RGB32F, 4: gl.RGBA32F}[line.components]
-        calls.tex_image_1d(gl.TEXTURE_1D, 0, form, line.size[0], 0, *_transfer(placement), None)
-        mode = gl.LINEAR if self.limits["filtering"] else gl.NEAREST
+        calls.bind_texture(target, texture.glo)
+        make = (calls.tex_image_1d, calls.tex_image_2d, calls.tex_image_3d)[len(size) - 1]
+        # moderngl would hold the GIL while the driver clears what may be hundreds of megabytes.
+        make(target, 0, _format(placement), *size, 0, *_transfer(placement), None)
+        smooth = self.limits["filtering"] and not storage.sampler and storage.element != "u1"
+        mode = gl.LINEAR if smooth else gl.NEAREST
+        wraps = (gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T, gl.TEXTURE_WRAP_R)[: len(size)]
         for parameter, value in (
-            (gl.TEXTURE_MIN_FILTER, mode), (gl.TEXTURE_MAG_FILTER, mode), (gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE),
-            (gl.TEXTURE_MAX_LEVEL, 0),
+            (gl.TEXTURE_MIN_FILTER, mode), (gl.TEXTURE_MAG_FILTER, mode), (gl.TEXTURE_MAX_LEVEL, 0),
+            *((wrap, gl.CLAMP_TO_EDGE) for wrap in wraps),
         ):  # fmt: skip
-            calls.tex_parameter(gl.TEXTURE_1D, parameter, value)
-        self.require_no_error(f"a table of {line.size[0]} rows for {where}", release)
-        return line, placement.nbytes, release
+            calls.tex_parameter(target, parameter, value)
+        self.require_no_error(f"a texture of {'x'.join(map(str, size))} for {where}", release)
+        return texture, placement.nbytes, release
 
     def _upload(self, array: Array, placement: Placement, where: str) -> Owned:
         self.memory.reserve(placement.nbytes, where)
@@ -348,6 +337,13 @@ class GLDevice(Device):
         self.context.release()
         if getattr(_current, "device", None) is self:
             _current.device = None
+
+
+def _format(placement: Placement) -> int:
+    """OpenGL's internal format of a texture."""
+    storage = placement.storage
+    element = storage.element if storage.sampler else _NORMALISED.get(storage.element, storage.element)
+    return gl.FORMATS[element][placement.texture_components]
 
 
 def _transfer(placement: Placement) -> tuple[int, int]:

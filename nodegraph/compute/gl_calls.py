@@ -21,9 +21,20 @@ TEXTURE_1D = 0x0DE0
 TEXTURE_2D = 0x0DE1
 TEXTURE_3D = 0x806F
 TEXTURE0 = 0x84C0
-TEXTURE_MAG_FILTER, TEXTURE_MIN_FILTER, TEXTURE_WRAP_S, TEXTURE_MAX_LEVEL = 0x2800, 0x2801, 0x2802, 0x813D
+TEXTURE_MAG_FILTER, TEXTURE_MIN_FILTER, TEXTURE_MAX_LEVEL = 0x2800, 0x2801, 0x813D
+TEXTURE_WRAP_S, TEXTURE_WRAP_T, TEXTURE_WRAP_R = 0x2802, 0x2803, 0x8072
 NEAREST, LINEAR, CLAMP_TO_EDGE = 0x2600, 0x2601, 0x812F
-R32F, RG32F, RGB32F, RGBA32F = 0x822E, 0x8230, 0x8815, 0x8814
+# Internal formats by kind of number and how many of them a texel has; a table of one axis may have three.
+FORMATS = {
+    "f4": {1: 0x822E, 2: 0x8230, 3: 0x8815, 4: 0x8814},
+    "f2": {1: 0x822D, 2: 0x822F, 4: 0x881A},
+    "u1 / 255": {1: 0x8229, 2: 0x822B, 4: 0x8058},
+    "u2 / 65535": {1: 0x822A, 2: 0x822C, 4: 0x805B},
+    "u1": {1: 0x8232, 2: 0x8238, 4: 0x8D7C},
+    "u2": {1: 0x8234, 2: 0x823A, 4: 0x8D76},
+    "u4": {1: 0x8236, 2: 0x823C, 4: 0x8D70},
+    "i4": {1: 0x8235, 2: 0x823B, 4: 0x8D82},
+}
 TRIANGLES = 0x0004
 CONTEXT_LOST = 0x0507
 FRAMEBUFFER_COMPLETE = 0x8CD5
@@ -63,6 +74,8 @@ class Calls:
         self.gen_textures = bind("glGenTextures", _INT, _POINTER)
         self.delete_textures = bind("glDeleteTextures", _INT, _POINTER)
         self.tex_parameter = bind("glTexParameteri", _UINT, _UINT, _INT)
+        self.tex_image_3d = bind("glTexImage3D", _UINT, *[_INT] * 6, _UINT, _UINT, _POINTER)
+        self.tex_image_2d = bind("glTexImage2D", _UINT, *[_INT] * 5, _UINT, _UINT, _POINTER)
         self.tex_image_1d = bind("glTexImage1D", _UINT, *[_INT] * 4, _UINT, _UINT, _POINTER)
         self.tex_sub_image_1d = bind("glTexSubImage1D", _UINT, *[_INT] * 3, _UINT, _UINT, _POINTER)
         self.pixel_store = bind("glPixelStorei", _UINT, _INT)

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from nodegraph.editor import theme
+from nodegraph.editor.views.front import follow_front
 
 
 class TitleBar(QWidget):
@@ -79,6 +80,7 @@ class Titles(QObject):
     def add(self, dock: QDockWidget) -> None:
         """Look after a dock."""
         dock.setTitleBarWidget(TitleBar(dock))
+        follow_front(dock)
         for signal in (dock.dockLocationChanged, dock.topLevelChanged, dock.visibilityChanged):
             signal.connect(lambda _: self._soon.start())
 

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from nodegraph.data import Image
+from nodegraph.editor.views.front import in_front
 from nodegraph.editor.views.icons import IconButton
 from nodegraph.editor.views.pick import color_name
 from nodegraph.editor.views.picture_area import PictureArea
@@ -130,7 +131,12 @@ class ImageBrowser(QWidget):
                 self.choose(port)
 
     def _later(self, _: Any = None) -> None:
-        if self.isVisible():
+        if in_front(self):
+            self._soon.start()
+
+    def set_in_front(self, front: bool) -> None:
+        """Look anew when it comes to the front."""
+        if front:
             self._soon.start()
 
     def showEvent(self, event: object) -> None:

@@ -18,6 +18,7 @@ from nodegraph.data.buffer import Array
 from nodegraph.editor.quality.measuring import bounded, referred
 from nodegraph.editor.quality.words import said
 from nodegraph.editor.views.curtain import Curtain
+from nodegraph.editor.views.front import in_front
 from nodegraph.editor.views.icons import IconButton
 from nodegraph.editor.views.shown import VIEWPORT, Shown, encoded, linear, opaque, shown
 from nodegraph.editor.views.status_line import StatusLine
@@ -175,7 +176,7 @@ class CompareView(QWidget):
             self._drop_reference()
 
     def _watch(self) -> None:
-        if not self.isVisible():
+        if not in_front(self):
             return
         a, b = self._sources()
         ratio = self.devicePixelRatioF()
@@ -210,15 +211,15 @@ class CompareView(QWidget):
             self._task.cancel()
             self._task = None
         self._reference = None
-        if self._sources()[1] == REFERENCE and self.isVisible():
+        if self._sources()[1] == REFERENCE and in_front(self):
             self._make(1, None)
             self._later.start()
 
     def _refer(self) -> None:
         a, b = self._sources()
         picture = self.pictures[0]
-        if b != REFERENCE or not self.isVisible() or self.session.in_gesture or picture is None or self._drafts[0]:
-            if b == REFERENCE and self.isVisible():
+        if b != REFERENCE or not in_front(self) or self.session.in_gesture or picture is None or self._drafts[0]:
+            if b == REFERENCE and in_front(self):
                 self._later.start()  # what it is compared with is not there yet
             return
         work = partial(referred, snapshot(self.session.network), a, picture.size, self.session.precise)
@@ -310,15 +311,22 @@ class CompareView(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         self._settle.start()
 
-    def showEvent(self, event: QEvent) -> None:
-        self._settle.start()
-
-    def hideEvent(self, event: QEvent) -> None:
+    def set_in_front(self, front: bool) -> None:
+        """Compute while it can be seen, and not else."""
+        if front:
+            self._settle.start()
+            return
         self._settle.stop()
         self._later.stop()
         self._drop_reference()
         for channel in self._channels:
             self.session.unwatch(channel)
+
+    def showEvent(self, event: QEvent) -> None:
+        self.set_in_front(True)
+
+    def hideEvent(self, event: QEvent) -> None:
+        self.set_in_front(False)
 
 
 def pictures_in(flat: Flat) -> list[str]:

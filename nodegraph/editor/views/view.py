@@ -393,11 +393,18 @@ class ViewWidget(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         self._settle.start()
 
-    def showEvent(self, event: QEvent) -> None:
-        self._settle.start()
-
-    def hideEvent(self, event: QEvent) -> None:
+    def set_in_front(self, front: bool) -> None:
+        """Compute while it can be seen, and not else."""
+        if front:
+            self._settle.start()
+            return
         self._settle.stop()
         for part in self._parts():
             part.end()
         self.session.unwatch(self._channel)
+
+    def showEvent(self, event: QEvent) -> None:
+        self.set_in_front(True)
+
+    def hideEvent(self, event: QEvent) -> None:
+        self.set_in_front(False)
