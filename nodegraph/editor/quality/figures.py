@@ -27,7 +27,7 @@ class Figures(QWidget):
         self.told = sentence()
         grid = QGridLayout()
         grid.setHorizontalSpacing(12)
-        grid.setVerticalSpacing(4)
+        grid.setVerticalSpacing(2)
         for i, (name, label) in enumerate(self.numbers.items()):
             words, tip = FIGURES[name]
             title = dim(words)
@@ -44,7 +44,7 @@ class Figures(QWidget):
         grid.setColumnStretch(3, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(6)
+        layout.setSpacing(4)
         layout.addLayout(grid)
         layout.addWidget(self.told)
 

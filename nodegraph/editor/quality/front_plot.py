@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from nodegraph.editor.quality.measuring import Proposal
 
-LEFT, RIGHT, TOP, BOTTOM = 58, 14, 12, 36
+LEFT, RIGHT, TOP, BOTTOM = 58, 14, 10, 34
 REACH = 12.0
 """How far from a point, in pixels, the mouse still means it."""
 
@@ -26,7 +26,7 @@ class FrontPlot(QWidget):
         self.proposal: Proposal | None = None
         self.selected = -1
         self._axes = (Axis(()), Axis(()))
-        self.setMinimumSize(200, 120)
+        self.setMinimumSize(180, 56)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMouseTracking(True)
 

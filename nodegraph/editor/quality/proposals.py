@@ -49,6 +49,7 @@ class Proposals(QWidget):
         self.rows.setHeaderLabels(["Time", "Error", "Change"])
         self.rows.setRootIsDecorated(False)
         self.rows.setUniformRowHeights(True)
+        self.rows.setMinimumHeight(56)
         for column in (0, 1):
             self.rows.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
             self.rows.headerItem().setTextAlignment(column, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -63,7 +64,7 @@ class Proposals(QWidget):
         results.addWidget(self.plot, 2)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
+        layout.setSpacing(6)
         layout.addLayout(self._asking())
         layout.addLayout(results, 1)
 
