@@ -49,6 +49,10 @@ class PortError(GraphError, TypeError):
     """A connection or an input value that a port refuses."""
 
 
+class MutedError(PortError):
+    """A wire that leads to a muted node which has nothing to hand on."""
+
+
 class CycleError(GraphError):
     """A connection that would close a cycle. ``path`` lists its nodes in order."""
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from nodegraph.errors import CycleError, GraphError, ParameterError, PortError, near_miss
+from nodegraph.errors import CycleError, GraphError, MutedError, ParameterError, PortError, near_miss
 from nodegraph.flat import Flat, FlatNode, Source
 from nodegraph.links import link_of, linked_value
 from nodegraph.network import Kept, Network, Node
@@ -243,6 +243,8 @@ def _follow(
     sources: list[Source] = []
     for level, text in wires:
         found = resolve(level, text, where, known)
+        if isinstance(found, MutedError) and not (isinstance(port, Input) and port.required):
+            continue  # as if it were not wired
         if isinstance(found, GraphError):
             problems.append(found)
             continue

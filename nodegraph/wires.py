@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nodegraph.errors import CycleError, GraphError, PortError, near_miss, near_miss_or_all
+from nodegraph.errors import CycleError, GraphError, MutedError, PortError, near_miss, near_miss_or_all
 from nodegraph.network import Network, Node, split
 from nodegraph.params import Parameter
 from nodegraph.ports import Input, connects, port_type
@@ -186,12 +186,12 @@ def resolve(level: Network, source: str, where: str, known: Known) -> tuple[Node
         if node.muted:
             name = pass_through(node, output)
             if name is None:
-                return PortError(
+                return MutedError(
                     f"{where}: {node.path} is muted and has no input that could stand for {output!r}; unmute it"
                 )
             wires = feeds(node, name)
             if not wires:
-                return PortError(
+                return MutedError(
                     f"{where}: {node.path} is muted and its input {name!r} is not wired; wire or unmute it"
                 )
             level, source = wires[0]

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from nodegraph.accuracy.asked import check_figure, planned
 from nodegraph.accuracy.descent import Rank, combinations_of_choices, descend, is_better
 from nodegraph.accuracy.front import pareto
 from nodegraph.accuracy.reference import BOUND, Reference, reference
@@ -138,6 +139,7 @@ def tune(
     """
     _check(max_error, budget_ms, cameras, held_out, repeats, margin, seconds)
     require_value(network, view)
+    check_figure(planned(network, view, size), view, figure, flip=False)
     knobs = find_knobs(network, view)
     if not knobs.knobs:
         said = "".join(f"; {place}: {reason}" for place, reason in knobs.left_out.items())

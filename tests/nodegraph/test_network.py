@@ -189,6 +189,18 @@ def test_a_muted_node_passes_its_first_input_of_the_type_through() -> None:
     assert "its input 'volume' is not wired" in net.flatten().nodes["raycast"].blocked
 
 
+def test_an_optional_input_that_is_wired_to_nothing_but_muted_nodes_is_unwired() -> None:
+    net = chain()
+    net.add("source", "mask")
+    net.connect("mask.volume", "raycast.labels")
+    net.mute("mask")
+    flat = net.flatten()
+    assert flat.nodes["raycast"].blocked == ""
+    assert flat.nodes["raycast"].sources["labels"] == ()
+    net.mute("mask", False)
+    assert net.flatten().nodes["raycast"].sources["labels"] == (("mask", "volume"),)
+
+
 def test_unknown_processors_ports_and_nodes_block_with_the_reason() -> None:
     net = loads(
         """{"nodegraph": 1, "nodes": {
