@@ -191,7 +191,10 @@ class ViewWidget(QWidget):
             return
         if self._told and self._told != self.path:
             self._watch()
-        self._find_subject()
+        if commands and not any(command.touched or command.structural for command in commands):
+            self.refresh_tools()  # only what editors look at has changed
+        else:
+            self._find_subject()
 
     def _replaced(self) -> None:
         self._taker = None
