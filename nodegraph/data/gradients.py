@@ -68,7 +68,7 @@ def visible_samples(
 def saves_time(volume: Volume, samples: float, device: Any) -> tuple[bool, str]:
     """Whether gradients should be made beforehand, and why: figures for `explain`.
 
-    They should where reading them saves, over `FRAMES` frames of ``samples`` lit samples, more than making them costs,
+    They should where reading them saves, over `FRAMES` frames of ``samples`` samples, more than making them costs,
     and where they fit the ``device``. It is the whole budget that counts and not what is left of it: else gradients
     that were made would speak against themselves.
     """
@@ -79,7 +79,7 @@ def saves_time(volume: Volume, samples: float, device: Any) -> tuple[bool, str]:
         return False, f"{3 * kind.itemsize * voxels / 2**20:.0f} MiB of them would take too much of the device"
     cost = SECONDS_PER_VOXEL * voxels
     saved = SECONDS_PER_SAMPLE.get(device.name, 0.0) * samples
-    figures = f"{cost * 1e3:.3g} ms to make, {saved * 1e3:.3g} ms less a frame for {samples:.3g} lit samples"
+    figures = f"{cost * 1e3:.3g} ms to make, {saved * 1e3:.3g} ms less a frame for {samples:.3g} samples"
     return cost < FRAMES * saved, f"{figures}, {FRAMES} frames expected"
 
 
