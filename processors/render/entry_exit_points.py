@@ -4,7 +4,8 @@ import numpy as np
 
 from nodegraph import Camera, Input, Output, Processor
 from nodegraph.data import Image, Mesh
-from nodegraph.ports import Condition
+from nodegraph.errors import PortError
+from nodegraph.ports import Condition, channels
 
 MOST_PLANES = 64
 
@@ -17,15 +18,22 @@ class EntryExitPoints(Processor):
 
     The region is intersected analytically, as planes, so this needs no rasteriser, has no resolution, and is right
     with the eye inside. Distances are along the ray in mm from the eye (orthographic: from the plane of the eye),
-    two channels; both are 0 where the ray misses. Source: Lindemann 2014, section 1.1 (entry-exit points).
+    two channels; both are 0 where the ray misses. Behind an opaque pixel of ``front`` no ray goes on.
+    Source: Lindemann 2014, section 1.1 (entry-exit points).
     """
 
     geometry = Input(Mesh, doc="Closed convex mesh.", accepts=[convex, few_planes])
+    front = Input(
+        Image,
+        required=False,
+        accepts=[channels(4)],
+        doc="A picture with depth, same size, which hides what is behind it.",
+    )
     interval = Output(Image, doc="Entry and exit distances, mm, two channels.")
 
     camera = Camera(doc="Where the eye is.")
 
-    def process(self, geometry, camera, *, size, device):
+    def process(self, geometry, front, camera, *, size, device):
         # Single precision has no digits left far from the origin, nor far from the eye. So rays start just before the
         # geometry, and the planes are moved in double precision: to the middle of what is seen from afar, else to the
         # eye.
@@ -37,7 +45,14 @@ class EntryExitPoints(Processor):
         near = np.eye(4)
         near[:3, 3] = -around
         rays = camera.rays(size, near, start)
-        return Image(device.run("render/entry_exit_points", size, camera=rays, planes=padded, count=len(planes)))
+        hidden = {}
+        if front is not None and front.depth_buffer is not None:
+            if front.size != size:
+                raise PortError(f"front: expected {size[0]}x{size[1]} pixels, got {front.size[0]}x{front.size[1]}")
+            hidden = {"front": front.color_buffer, "front_depth": front.depth_buffer, "defines": {"FRONT": True}}
+        return Image(
+            device.run("render/entry_exit_points", size, camera=rays, planes=padded, count=len(planes), **hidden)
+        )
 
 
 def start_before(geometry, camera):

@@ -145,6 +145,7 @@ CASES: list[tuple[str, str, dict[str, Any]]] = [
         for look in ("window", "transfer_function") for kind in ("linear", "nearest")),
     *(("render.entry_exit_points", camera.projection, {"geometry": _box, "camera": camera})
         for camera in (CAMERA, CAMERA.with_(projection="orthographic", height=60.0))),
+    ("render.entry_exit_points", "front", {"geometry": _box, "camera": CAMERA, "front": FRONT}),
     *(("filter.gradient", f"{method}-{dtype}", {"volume": _field(dtype), "method": method})
         for method in ("central", "forward", "sobel") for dtype in ("f4", "i2", "u1")),
     *(("image.background", pattern, {"image": FRONT, "pattern": pattern, "second_color": (0.9, 0.1, 0.4)})

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nodegraph.data import Camera, Mesh, Volume
+from nodegraph.data import Camera, Image, Mesh, TransferFunction, Volume
 from nodegraph.data.mesh import box
 from nodegraph.errors import PortError
 from tests.support.calls import call
@@ -57,3 +57,58 @@ def test_a_mesh_that_is_not_convex_is_refused():
         nodegraph.run(
             nodegraph.processors.render.EntryExitPoints, geometry=Mesh(dented, triangles), size=(4, 4), device="cl"
         )
+
+
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+def test_no_ray_goes_on_behind_an_opaque_picture(device, projection):
+    lens = {"height": 24.0} if projection == "orthographic" else {"field_of_view": 15.0}
+    camera = Camera(eye=(30, -80, 20), target=(0, 0, 0), projection=projection, **lens)
+    size = (24, 18)
+    view = {"geometry": CUBE, "camera": camera}
+    whole = call("render.entry_exit_points", device, size, **view).color
+    color = np.zeros((18, 24, 4), np.float32)
+    color[:, :12] = (0.5, 0.4, 0.3, 1.0)
+    color[:, 12:14] = (0.5, 0.4, 0.3, 0.99)  # what shines through hides nothing
+    depth = np.full((18, 24), np.linalg.norm(camera.eye), np.float32)  # a plane through the middle of the cube
+    depth[:7, :10] = np.nan
+    cut = call("render.entry_exit_points", device, size, front=Image(color, depth), **view).color
+    assert np.array_equal(cut[:, 12:], whole[:, 12:])
+    assert np.array_equal(cut[:7, :10], whole[:7, :10])
+    for y, x in ((9, 10), (10, 9), (7, 11), (12, 1)):
+        _, direction = camera.ray(size, x, y)
+        stop = depth[y, x] / (direction @ camera.basis[2])
+        entry, exit = whole[y, x]
+        expected = (entry, min(exit, stop)) if stop > entry else (0.0, 0.0)
+        assert np.allclose(cut[y, x], expected, atol=1e-3), (y, x)
+    assert (cut[:, :12, 1] < whole[:, :12, 1]).any()
+
+
+def test_what_lies_behind_an_opaque_layer_is_not_cast_and_not_missed(device):
+    """The picture over the rest is the same with and without the rays behind it; those are transparent then."""
+    rng = np.random.default_rng(3)
+    volume = Volume(rng.random((10, 10, 10)).astype(np.float32))
+    camera = Camera(eye=(30, -80, 20), target=(0, 0, 0), field_of_view=10.0)
+    size = (20, 16)
+    function = TransferFunction([(0.0, (1, 1, 1), 0.1), (1.0, (0.2, 0.5, 1), 0.3)])
+    color = np.zeros((16, 20, 4), np.float32)
+    color[:, :10] = (0.1, 0.2, 0.3, 1.0)
+    front = Image(color, np.full((16, 20), 60.0, np.float32))  # before the cube
+
+    def cast(**more):
+        view = {"geometry": CUBE, "camera": camera}
+        interval = call("render.entry_exit_points", device, size, **view, **more)
+        return call(
+            "render.raycast", device, size, volume=volume, camera=camera, transfer_function=function, interval=interval
+        )
+
+    without, behind = cast(), cast(front=front)
+    assert without.color[:, :10].any()
+    assert not behind.color[:, :10].any()
+    composed = [call("image.compose", device, size, front=front, back=back).color for back in (without, behind)]
+    assert np.array_equal(*composed)
+
+
+def test_a_front_of_another_size_is_refused(device):
+    front = Image(np.zeros((4, 4, 4), np.float32), np.zeros((4, 4), np.float32))
+    with pytest.raises(PortError, match="front: expected 8x8 pixels, got 4x4"):
+        call("render.entry_exit_points", device, (8, 8), geometry=CUBE, camera=Camera(eye=(0, -100, 0)), front=front)
