@@ -27,11 +27,11 @@ class FrontPlot(QWidget):
         self.selected = -1
         self._axes = (Axis(()), Axis(()))
         self.setMinimumSize(180, 56)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self.setMouseTracking(True)
 
     def sizeHint(self) -> QSize:
-        return QSize(320, 180)
+        return QSize(320, 120)
 
     def show_proposal(self, proposal: Proposal | None) -> None:
         """Show a search, or nothing."""
