@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QMessageBox, QTabBar
 from pytestqt.qtbot import QtBot
 
 from nodegraph import workspace
-from nodegraph.commands import Set
+from nodegraph.commands import Rename, Set
 from nodegraph.editor import actions, theme
 from nodegraph.editor.app import application
 from nodegraph.editor.arrangement import LAYOUT
@@ -211,11 +211,12 @@ def test_panels_that_share_a_place_have_their_tabs_after_every_move(opened: Wind
         bars = opened.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly)
         return [{bar.tabText(place) for place in range(bar.count())} for bar in bars if bar.isVisible()]
 
+    right = {"Parameters", "Help"}
     below = {"Messages", "Profile", "Images", "Compare", "Timeline", "Python"}
     for _ in range(3):
         opened.reset_layout()
-        qtbot.waitUntil(lambda: {"Parameters", "Help", "Shader"} in shown() and any(below <= tabs for tabs in shown()))
-        assert len(shown()) == 2
+        qtbot.waitUntil(lambda: all(any(wanted <= tabs for tabs in shown()) for wanted in (right, below)), timeout=8000)
+        assert len(shown()) == 2, shown()
 
 
 def test_the_welcome_page_has_the_window_for_itself(opened: Window) -> None:
@@ -245,3 +246,27 @@ def test_a_gesture_that_ended_can_be_undone_from_the_menu(opened: Window) -> Non
         opened.session.do(Set("blur.sigma", 3.0))
     assert undo.isEnabled()
     assert undo.text() == "Undo drag"
+
+
+def test_a_view_comes_back_from_the_full_screen(opened: Window, qtbot: QtBot) -> None:
+    dock = opened.views[0]
+    place, inside = dock.geometry(), dock.view.geometry()
+    for key in (Qt.Key.Key_Escape, Qt.Key.Key_F11):
+        qtbot.keyClick(dock.view, Qt.Key.Key_F11)
+        qtbot.waitUntil(dock.view.isFullScreen)
+        assert dock.view.isWindow()
+        qtbot.keyClick(dock.view, key)
+        qtbot.waitUntil(lambda: dock.geometry() == place and dock.view.geometry() == inside)
+        assert not dock.view.isWindow()
+        assert not dock.isFloating()
+
+
+def test_views_stand_where_their_workspace_says(opened: Window, file: Path, tmp_path: Path) -> None:
+    opened.views[0].setFloating(True)
+    opened.session.do(Rename("view", "other"))
+    opened.save()
+    opened.open_file(shutil.copy(file, tmp_path / "again.json"))
+    assert [dock.isFloating() for dock in opened.views] == [True]
+    opened.reset_layout()
+    opened.open_file(file)
+    assert [dock.isFloating() for dock in opened.views] == [True]

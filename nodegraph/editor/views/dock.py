@@ -26,3 +26,4 @@ class ViewDock(QDockWidget):
     def _name(self) -> None:
         if self.view.alive:
             self.setWindowTitle(self.view.path)
+            self.setObjectName(f"view {self.view.path}")

@@ -260,17 +260,21 @@ class ViewWidget(QWidget):
         dialog.open()
 
     def toggle_full_screen(self) -> None:
-        """Fill the screen, or go back to where it was."""
+        """Fill the screen, or go back to where it was. The dock keeps its place meanwhile."""
         dock = self.parentWidget()
         if not isinstance(dock, QDockWidget):
             self.showNormal() if self.isFullScreen() else self.showFullScreen()
-        elif dock.isFullScreen():
-            dock.showNormal()
-            dock.setFloating(bool(dock.property("floated")))
+        elif self.isFullScreen():
+            self.setWindowState(self.windowState() & ~Qt.WindowState.WindowFullScreen)
+            self.setWindowFlags(Qt.WindowType.Widget)
+            dock.setWidget(self)
+            self.show()
+            dock.setMinimumSize(0, 0)
         else:
-            dock.setProperty("floated", dock.isFloating())
-            dock.setFloating(True)
-            dock.showFullScreen()
+            dock.setMinimumSize(dock.size())  # an empty dock would shrink
+            self.setWindowFlags(Qt.WindowType.Window)
+            self.showFullScreen()
+            self.setFocus()
 
     # -- picking --------------------------------------------------------------------------------------------------
 
