@@ -34,7 +34,7 @@ class ViewDocks:
             if not dock.view.alive:
                 self.docks.remove(dock)
                 self.window.removeDockWidget(dock)
-                dock.setObjectName("")  # a view of the next document may have this name, and its place
+                dock.setObjectName(f"gone {id(dock)}")  # a view of the next document may have this name, and its place
                 dock.deleteLater()
         known = {dock.view.path for dock in self.docks}
         for node in self.window.session.network.walk():
