@@ -105,7 +105,7 @@ class Window(QMainWindow):
         self._add_dock("compare", "Compare", self.compare)
         self._add_dock("measures", "Measures", MeasureList(self.session))
         self._add_dock("quality", "Quality", scrolled(self.quality))
-        self._add_dock("timeline", "Timeline", scrolled(self.timeline))
+        self._add_dock("timeline", "Timeline", self.timeline)
         self._add_dock("console", "Python", self.console)
         self._add_dock("recorder", "Recorder", self.recorder)
         self._add_dock("shader", "Shader", self.shader)

@@ -82,7 +82,7 @@ class User:
         session = self.window.session
         views = [dock.view for dock in self.window.views if dock.view.isVisible()]
         self.wait(lambda: all(str(session.state(view.path)) == "clean" and view.shown for view in views))
-        self.wait(lambda: session._channels.at_rest)
+        self.wait(lambda: session._channels.at_rest and not session.in_gesture)
         QApplication.processEvents()
 
     def picture(self, view: ViewWidget) -> np.ndarray:
@@ -191,7 +191,7 @@ def save_and_reopen(user: User, folder: Path) -> Path:
     window, file = user.window, folder / "chest.json"
     hand.key(window, Qt.Key.Key_S, CONTROL)
     user.name_file(file)
-    user.wait(file.exists)
+    user.wait(lambda: file.exists() and not window.session.modified)
     nodes = set(window.session.network.nodes)
     hand.key(window, Qt.Key.Key_N, CONTROL)
     assert not window.session.network.nodes
