@@ -89,7 +89,7 @@ class DeviceService:
     @property
     def budget(self) -> int | None:
         """Bytes that everything on the device may take, with what lies on the host where that is the same memory."""
-        limit: int | None = self._device.memory.budget.limit
+        limit: int | None = self._device.budget
         return limit
 
     def fits(self, shape: Sequence[int], dtype: Any) -> bool:

@@ -187,6 +187,11 @@ class Device(ABC):
     def working_for(self, path: str) -> None:
         self.memory.node = path
 
+    @property
+    def budget(self) -> int | None:
+        """Bytes that everything on the device may take, and on the host where that is the same memory."""
+        return self.memory.budget.limit
+
     def fits(self, shape: Sequence[int], dtype: Any) -> bool:
         """Whether a volume (z, y, x) may lie on this device as a whole, within its budget and its limits."""
         nbytes = math.prod(shape) * item_bytes(np.dtype(dtype), self.api)
