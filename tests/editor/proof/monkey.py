@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -25,6 +26,7 @@ from PySide6.QtWidgets import (
 
 from nodegraph import Network, workspace
 from nodegraph.editor.arrangement import LAYOUT
+from nodegraph.editor.parameters.row import FOLDED
 from nodegraph.editor.window import Window
 from tests.editor.proof import hand
 
@@ -50,12 +52,16 @@ class Stays(QObject):
 
 
 def text_of(network: Network) -> str:
-    """A document as it would be saved, without where the panels are: that is no step anybody would undo."""
-    kept = network.ui.pop(LAYOUT, None)
+    """A document as it would be saved, without where panels are and what is folded: no steps anybody would undo."""
+    kept = {key: network.ui.pop(key) for key in (LAYOUT, FOLDED) if key in network.ui}
     text = workspace.dumps(network)
-    if kept is not None:
-        network.ui[LAYOUT] = kept
+    network.ui.update(kept)
     return text
+
+
+def difference(one: str, other: str) -> str:
+    """The lines in which two texts differ."""
+    return "\n".join(difflib.unified_diff(one.splitlines(), other.splitlines(), lineterm="", n=1))
 
 
 class Monkey:
@@ -109,7 +115,8 @@ class Monkey:
         while history.undo_name:
             history.undo()
             steps += 1
-        assert text_of(self.network) == self.first, f"undo of {steps} steps"
+        found = text_of(self.network)
+        assert found == self.first, f"undo of {steps} steps: {difference(self.first, found)}"
         for _ in range(steps):
             history.redo()
         assert text_of(self.network) == last, f"redo of {steps} steps"
