@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import colorsys
 import re
+import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -110,7 +111,7 @@ def survey(path: str | Path) -> Nature:
     if not values.size:
         raise FormatError("has no voxel that is a number, so there is nothing to see", file=str(path))
     low, high = (float(value) for value in np.percentile(values, (1.0, 99.5)))
-    if not low < high:  # nearly all of it has one value, which is then to be seen
+    if not high / 2 - low / 2 > 1e-12 * abs(low):  # nearly all of it has one value, which is then to be seen
         around = max(1.0, 1e-3 * abs(low))
         low, high = low - around, high + around
     ids = _label_ids(volume, slices) if volume.dtype.kind in "iu" else ()
@@ -161,7 +162,8 @@ def _label_ids(volume: Volume, slices: NDArray[Any]) -> tuple[int, ...]:
 
 def _otsu(values: NDArray[Any], low: float, high: float) -> float:
     """The value that parts two classes best. Source: Otsu 1979."""
-    counts, edges = np.histogram(np.clip(values, low, high), bins=256, range=(low, high))
+    unit = max(abs(low), abs(high))  # squares of what a double may hold are more than it may
+    counts, edges = np.histogram(np.clip(values, low, high) / unit, bins=256, range=(low / unit, high / unit))
     middles = (edges[1:] + edges[:-1]) / 2
     below, total = np.cumsum(counts), counts.sum()
     above = total - below
@@ -169,7 +171,7 @@ def _otsu(values: NDArray[Any], low: float, high: float) -> float:
     with np.errstate(divide="ignore", invalid="ignore"):
         between = below * above * (sums / below - (sums[-1] - sums) / above) ** 2
     parted = np.nan_to_num(between[:-1])
-    return float(edges[1:][parted.argmax()]) if parted.any() else (3.0 * low + high) / 4.0
+    return unit * float(edges[1:][parted.argmax()]) if parted.any() else (3.0 * low + high) / 4.0
 
 
 # -- building -----------------------------------------------------------------------------------------------------
@@ -178,7 +180,8 @@ def _otsu(values: NDArray[Any], low: float, high: float) -> float:
 def _begin(nature: Nature) -> tuple[Network, str]:
     """A network with the file, and the id of its node."""
     network = Network()
-    name = re.sub(r"\W", "_", nature.path.name.partition(".")[0]).strip("_") or "data"
+    plain = unicodedata.normalize("NFKD", nature.path.name.partition(".")[0]).encode("ascii", "ignore").decode()
+    name = re.sub(r"\W", "_", plain).strip("_") or "data"
     name = name if ID.fullmatch(name) else f"data_{name}"
     options = {"component": 0} if nature.components > 1 else {}
     network.add("source.volume", name, path=str(nature.path), **options)

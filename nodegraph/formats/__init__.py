@@ -140,9 +140,16 @@ def _there(path: PathLike) -> Path:
     if path.is_dir() and not _is_folder_format(path):
         raise FormatError("this is a folder; choose a file in it", file=str(path))
     if not path.exists():
-        near = near_miss(path.name, os.listdir(path.parent)) if path.parent.is_dir() else ""
+        near = near_miss(path.name, _others(path)) if path.parent.is_dir() else ""
         raise FormatError(f"there is no such file{near}; check the path", file=str(path))
+    if not path.is_dir() and not path.is_file():  # to open a pipe would wait for somebody to write into it
+        raise FormatError("this is a pipe or a device, and no file", file=str(path))
     return path
+
+
+def _others(path: Path) -> list[str]:
+    """What lies beside a file. A link that leads nowhere has the very name that was asked for."""
+    return [name for name in os.listdir(path.parent) if name != path.name]
 
 
 def _is_folder_format(path: Path) -> bool:

@@ -8,7 +8,7 @@ the file names anatomical orientations the axes are turned to LPS; else x, y and
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -188,6 +188,10 @@ def _describe(
             )
     factor, shift = np.ones(rank), np.zeros(rank)
     for step in steps:
+        if step is not None and not isinstance(step, list):
+            raise FormatError(
+                f"expected a list of transformations, got {step!r}", file=str(path), field="coordinateTransformations"
+            )
         for transform in step or ():
             by, to = _transform(path, transform, rank)
             factor, shift = factor * by, shift * by + to
@@ -209,8 +213,9 @@ def _axes(path: Path, axes: Any, rank: int) -> list[dict[str, Any]]:
             raise FormatError(f"expected 3 to 5 axes, got {rank}", file=str(path), field="shape")
         # Of four axes the last holds components, as in a file of numpy.
         axes = {3: ["z", "y", "x"], 4: ["z", "y", "x", "c"], 5: ["t", "c", "z", "y", "x"]}[rank]
+    listed = axes if isinstance(axes, list) else []
     named = [
-        {"name": axis} if isinstance(axis, str) else dict(axis) if isinstance(axis, Mapping) else {} for axis in axes
+        {"name": axis} if isinstance(axis, str) else dict(axis) if isinstance(axis, Mapping) else {} for axis in listed
     ]
     if len(named) != rank or not all(isinstance(axis.get("name"), str) for axis in named):
         raise FormatError(f"expected {rank} axes with names, got {axes!r}", file=str(path), field="axes")
@@ -231,17 +236,22 @@ def _transform(path: Path, transform: Any, rank: int) -> tuple[Array, Array]:
         )
     values = transform.get(kind)
     good = isinstance(values, list) and len(values) == rank
-    if not good or not all(isinstance(v, (int, float)) and math.isfinite(v) for v in values):
+    if not good or not all(isinstance(v, (int, float)) and _fits(v) for v in values):
         raise FormatError(f"expected {rank} numbers, got {values!r}", file=str(path), field=f"{kind}")
     numbers = np.array(values, np.float64)
     return (numbers, np.zeros(rank)) if kind == "scale" else (np.ones(rank), numbers)
+
+
+def _fits(number: float) -> bool:
+    """Whether it is finite in double precision, which an integer in JSON need not be."""
+    return abs(number) <= sys.float_info.max
 
 
 def _millimetres(path: Path, unit: Any) -> float:
     """Millimetres of a unit; without one, numbers are taken for millimetres."""
     if unit is None:
         return 1.0
-    if unit not in METRES:
+    if not isinstance(unit, str) or unit not in METRES:
         raise FormatError(
             f"unknown unit of length {unit!r}{near_miss(str(unit), METRES)}", file=str(path), field="unit"
         )

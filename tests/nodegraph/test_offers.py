@@ -101,3 +101,18 @@ def test_what_holds_no_volume_is_refused_in_one_sentence(tmp_path: Path) -> None
         assert "\n" not in str(caught.value)
     with pytest.raises(FormatError, match=r"nothing called 'slice' .*did you mean 'slices'"):
         offers.offer("slice", DATA / "nuclei.nrrd")
+
+
+@pytest.mark.parametrize("name", ["Schädel_größer.npy", "头部.npy", "7 \u00e9t\u00e9s.npy"])
+def test_a_file_may_be_named_in_any_script(tmp_path: Path, name: str) -> None:
+    path = written(tmp_path / name, np.random.default_rng(0).random((6, 6, 6)).astype(np.float32))
+    for offer in offers.offers(path):
+        assert offer.network().nodes
+
+
+@pytest.mark.parametrize("values", [(-1.7e308, 1.7e308), (1.0, 1.0 + 2**-52), (0.0, 5e-324)])
+def test_values_at_the_ends_of_double_precision_are_parted(tmp_path: Path, values: tuple[float, float]) -> None:
+    data = np.resize(np.array(values), (8, 8, 8))
+    nature = offers.survey(written(tmp_path / "field.npy", data))
+    assert nature.low < nature.high
+    assert nature.low <= nature.threshold <= nature.high

@@ -316,3 +316,14 @@ def test_a_damaged_checksum_is_noticed(tmp_path):
     (tmp_path / "a.nii.gz").write_bytes(blob)
     with pytest.raises(FormatError, match="damaged"):
         formats.read(tmp_path / "a.nii.gz")
+
+
+def test_a_pipe_is_refused_and_a_link_to_nowhere_is_not_its_own_near_miss(tmp_path):
+    os.mkfifo(tmp_path / "pipe.nii")
+    (tmp_path / "links").mkdir()
+    (tmp_path / "links" / "loop.nii").symlink_to("loop.nii")
+    for act in (formats.read, formats.info):
+        with pytest.raises(FormatError, match=r"pipe\.nii: this is a pipe or a device, and no file"):
+            act(tmp_path / "pipe.nii")
+        with pytest.raises(FormatError, match="there is no such file; check the path"):
+            act(tmp_path / "links" / "loop.nii")

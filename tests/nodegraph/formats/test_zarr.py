@@ -203,6 +203,19 @@ BAD = {
         {"levels": [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [0, 0, 0, 0, 0]}]}]},
         "singular",
     ),
+    "axes of another type": ({"axes": 5}, "axes: expected 5 axes with names, got 5"),
+    "unit of another type": (
+        {"axes": [*SPACE[:2], {"name": "x", "type": "space", "unit": ["micrometer"]}]},
+        "unit: unknown unit of length",
+    ),
+    "transforms of another type": (
+        {"coordinateTransformations": 5},
+        "coordinateTransformations: expected a list of transformations, got 5",
+    ),
+    "number out of reach": (
+        {"coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1, 1, 10**400]}]},
+        "scale: expected 5 numbers",
+    ),
     "missing": ({"levels": [{"path": "7"}]}, "datasets: there is no array '7'"),
     "outside": ({"levels": [{"path": "../other"}]}, "datasets: there is no array '../other'"),
     "datasets": ({"datasets": [3]}, "datasets: expected a list of datasets with paths"),
@@ -212,7 +225,7 @@ BAD = {
 @pytest.mark.parametrize("fault", BAD)
 def test_damaged_metadata_is_one_sentence(tmp_path, stack, fault):
     changes, message = BAD[fault]
-    data = stack[0, 0] if fault == "unit" else stack
+    data = stack[0, 0] if fault.startswith("unit") else stack
     path = write(tmp_path / "bad.zarr", data, **changes)
     with pytest.raises(FormatError, match=f"bad.zarr: .*{message}|bad.zarr: {message}"):
         formats.read(path)
