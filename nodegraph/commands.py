@@ -225,6 +225,7 @@ class Set(Command):
 
     def __init__(self, target: str, value: Any, *, encoded: bool = False) -> None:
         super().__init__()
+        self.name = f"{self.name} {target.rpartition('.')[2]}"  # menus say what would be undone
         self.target = target
         self.value = value
         self.encoded = encoded

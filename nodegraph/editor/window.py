@@ -250,18 +250,22 @@ class Window(QMainWindow):
 
     def show_compare(self) -> None:
         """Bring the comparison of views to the front."""
-        self._raise("compare")
+        self._raise("compare", roomy=True)
 
     def show_quality(self) -> None:
         """Bring the errors and times of views to the front."""
-        self._raise("quality")
+        self._raise("quality", roomy=True)
 
     def _show_messages(self) -> None:
         self._raise("messages")
 
-    def _raise(self, name: str) -> None:
-        self.docks[name].show()
-        self.docks[name].raise_()
+    def _raise(self, name: str, roomy: bool = False) -> None:
+        """Show a panel before the others; ``roomy``: it takes a third of the window if it has less."""
+        dock = self.docks[name]
+        dock.show()
+        dock.raise_()
+        if roomy and not dock.isFloating() and dock.height() < self.height() // 3:
+            self.resizeDocks([dock], [self.height() // 3], Qt.Orientation.Vertical)
 
     def show_shader(self, path: Path | None = None, line: int = 0) -> None:
         """Bring the editor of kernels to the front, with a file where one is named."""
@@ -300,6 +304,7 @@ class Window(QMainWindow):
     def quad_view(self) -> None:
         """Show the volume that is meant in three dimensions and in three cuts, two by two; what is missing is added."""
         self.view_docks.quad()
+        self._fit_soon()
 
     # -- behind it --------------------------------------------------------------------------------------------------
 
@@ -346,6 +351,9 @@ class Window(QMainWindow):
 
     def _show_whole(self) -> None:
         self._show_canvas()
+        self._fit_soon()
+
+    def _fit_soon(self) -> None:
         QTimer.singleShot(0, self.canvas, self.canvas.fit_all)  # when the docks of its views have taken their room
 
     def _show_canvas(self) -> None:
@@ -357,6 +365,7 @@ class Window(QMainWindow):
         self.view_docks.sync()
         self.arrangement.restore()
         self._changed()
+        self._fit_soon()
 
     def _changed(self, *_: object) -> None:
         self.view_docks.sync()

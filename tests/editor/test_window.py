@@ -62,7 +62,7 @@ def test_opening_shows_the_network_its_view_and_its_name(opened: Window, file: P
     assert opened.settings.recent == [file]
     opened.session.do(Set("blur.sigma", 3.0))
     assert opened.isWindowModified()
-    assert opened.actions_by_name["undo"].text() == "Undo set"
+    assert opened.actions_by_name["undo"].text() == "Undo set sigma"
     opened.undo()
     assert not opened.isWindowModified()
 
@@ -100,6 +100,25 @@ def test_where_panels_are_is_kept_in_the_workspace_and_is_no_step(
     assert other.docks["palette"].isHidden()
     other.reset_layout()
     assert not other.docks["palette"].isHidden()
+
+
+def test_the_network_is_seen_whole_once_its_panels_have_their_places(opened: Window, file: Path, qtbot: QtBot) -> None:
+    opened.resize(1200, 900)
+    qtbot.wait(50)
+    opened.show_compare()
+    qtbot.waitUntil(lambda: opened.docks["compare"].height() > 0.25 * opened.height(), timeout=5000)
+    opened.save()
+    opened.new()
+    opened.reset_layout()
+    opened.open_file(file)
+    view = opened.canvas.view
+
+    def seen() -> bool:
+        return view.mapToScene(view.viewport().rect()).boundingRect().contains(opened.canvas.scene.content())
+
+    qtbot.waitUntil(seen, timeout=5000)
+    qtbot.wait(50)
+    assert seen()
 
 
 def test_a_layout_that_somebody_damaged_is_passed_over(window: Window, file: Path) -> None:

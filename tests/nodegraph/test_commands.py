@@ -248,14 +248,14 @@ def test_history_tells_observers_and_knows_what_is_saved() -> None:
     assert not net.history.modified
     net["raycast"].step = 1.0  # it has this value already
     assert not net.history.modified
-    assert net.history.redo_name == "set"
+    assert net.history.redo_name == "set step"
     net.undo()
     assert net.history.modified
     net["raycast"].step = 0.7  # the saved state can be reached no more
     while net.history.undo_name:
         net.undo()
     assert net.history.modified
-    assert seen[:2] == [["set"], ["set"]]
+    assert seen[:2] == [["set step"], ["set step"]]
 
 
 def test_commands_tell_what_they_touched() -> None:

@@ -39,6 +39,8 @@ class NameLabel(QWidget):
     A double click resets.
     """
 
+    INDENT = 12
+    """Pixels before the name, where the dot is."""
     reset = Signal()
 
     def __init__(self, text: str, parent: QWidget | None = None) -> None:
@@ -76,7 +78,7 @@ class NameLabel(QWidget):
             painter.setBrush(accent(self.palette()))
             painter.drawEllipse(QPointF(4.5, self.height() / 2), 2.5, 2.5)
         painter.setPen(ink(self.palette(), 1.0 if self.changed else 0.85))
-        area = self.rect().adjusted(12, 0, 0, 0)
+        area = self.rect().adjusted(self.INDENT, 0, 0, 0)
         text = QFontMetrics(self.font()).elidedText(self.text, Qt.TextElideMode.ElideRight, area.width())
         painter.drawText(area, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, text)
 
@@ -147,6 +149,9 @@ class ParameterRow(QWidget):
             layout.addWidget(self.field, 0, 1)
         layout.setColumnStretch(1, 1)
         below = 2 if self.field.wide else 1
+        if self.field.wide:
+            self.tied.setIndent(NameLabel.INDENT)
+            self.error.setIndent(NameLabel.INDENT)
         for row, widget in enumerate((self.expression, self.tied, self.error), below):
             layout.addWidget(widget, row, 0 if self.field.wide else 1, 1, 2 if self.field.wide else 1)
             widget.hide()

@@ -43,7 +43,9 @@ class QualityPanel(QWidget):
         self.errors: Errors | None = None
         self._stale = False  # the network was changed since it was measured
         self._task: Task[Any] | None = None
-        self._frames: dict[str, tuple[float, tuple[int, int]]] = {}  # of final pictures: seconds, size
+        # Of final pictures: seconds, size. Whoever shows a view first owns its entry; others show it smaller.
+        self._frames: dict[str, tuple[float, tuple[int, int]]] = {}
+        self._owners: dict[str, object] = {}
         self._lay_out()
         session.changed.connect(self._changed)
         session.replaced.connect(self._replaced)
@@ -241,6 +243,7 @@ class QualityPanel(QWidget):
 
     def _replaced(self) -> None:
         self._frames.clear()
+        self._owners.clear()
         self._fill()
         self._forget()
 
@@ -258,7 +261,9 @@ class QualityPanel(QWidget):
             return
         for path, values in report.shown.items():
             image = next((value for value in values.values() if isinstance(value, Image)), None)
-            if image is not None:
+            owner = self._owners.get(path)
+            if image is not None and (owner is None or owner is channel or not self.session.watches(owner)):
+                self._owners[path] = channel
                 self._frames[path] = (sum(report.timings.get(name, 0.0) for name in report.states), image.size)
         self._show_frame()
 

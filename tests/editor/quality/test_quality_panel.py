@@ -70,6 +70,16 @@ def test_sizes_are_bounded_and_keep_their_proportions() -> None:
     assert bounded((3000, 1)) == (128, 1)
 
 
+def test_the_frame_is_that_of_whoever_shows_the_view_first(
+    quality: QualityPanel, session: Session, qtbot: QtBot
+) -> None:
+    session.watch("screen", "view", (24, 16))
+    qtbot.waitUntil(lambda: "at 24 × 16" in quality.figures.frame.text(), timeout=20000)
+    with qtbot.waitSignal(session.answered, timeout=20000, check_params_cb=lambda channel, _: channel == "comparison"):
+        session.watch("comparison", "view", (12, 8))
+    assert "at 24 × 16" in quality.figures.frame.text()
+
+
 @pytest.mark.slow
 def test_it_measures_and_proposes(quality: QualityPanel, session: Session, qtbot: QtBot) -> None:
     session.watch("screen", "view", (24, 16))

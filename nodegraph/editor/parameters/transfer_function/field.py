@@ -99,7 +99,7 @@ class TransferFunctionField(Field):
         top.addStretch(1)
         for widget in (self.labels, self.show_me, self.scale, self.histogram_scale):
             top.addWidget(widget)
-        self.length.setFixedWidth(84)
+        self.length.setFixedWidth(100)
         self.length.setAccessibleName("Reference length")
         self.length.setToolTip("An opacity is what this length of the material hides.")
         per = caption("Opacity per")

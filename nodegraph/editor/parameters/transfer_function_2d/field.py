@@ -94,7 +94,7 @@ class TransferFunction2DField(Field):
         self.softness.setAccessibleName("Softness of the selected area")
         self.softness.setToolTip("The share of half the width and height over which the edges fade.")
         self.swatch.setFixedWidth(40)
-        self.length.setFixedWidth(84)
+        self.length.setFixedWidth(100)
         self.length.setAccessibleName("Reference length")
         self.length.setToolTip("An opacity is what this length of the material hides.")
         per = caption("Opacity per")
