@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import secrets
@@ -109,7 +110,8 @@ class Autosave(QObject):
             if text and not self._warned:
                 self._warned = True
                 session.tell("warning", f"autosave: cannot write {self.at}: {error.strerror}; save often")
-        self._written = state
+        else:
+            self._written = state  # else it is tried again, as a disk that was full need not stay so
         self._took = time.perf_counter() - started
 
     def close(self) -> None:
@@ -118,8 +120,10 @@ class Autosave(QObject):
         self._at_once.stop()
         if self._marks is not None:
             self.session.engine.mark_in(None)
-            self._marks.close()
-        self.at.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                self._marks.close()
+        with contextlib.suppress(OSError):  # where nothing could be written, or can be any more, the window closes too
+            self.at.unlink(missing_ok=True)
         self._lock.unlock()
 
     def _see(self, commands: list[Command]) -> None:

@@ -66,6 +66,22 @@ def test_it_writes_by_itself(session: Session, tmp_path: Path, qtbot: QtBot) -> 
     assert list((tmp_path / "aside").iterdir()) == []
 
 
+def test_where_nothing_can_be_written_it_is_tried_again_and_ends_in_order(session: Session, tmp_path: Path) -> None:
+    place = tmp_path / "config"
+    place.write_text("a file where a folder should be")
+    autosave = Autosave(session, place / "recovery", every=1_000_000)
+    session.adopt(small())
+    session.do(Set("blur.sigma", 2.0))
+    autosave.write()
+    assert not autosave.at.exists()
+    place.unlink()
+    autosave.write()
+    assert "sigma" in autosave.at.read_text()
+    place.rename(tmp_path / "gone")
+    place.write_text("and here it is again")
+    autosave.close()
+
+
 def test_a_killed_editor_loses_nothing(window: Window, config: Path, tmp_path: Path) -> None:
     file = tmp_path / "net.json"
     workspace.save(small(), file)
