@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 BENDS = "bends"
 """Key of a node's ``ui``."""
 
+FARTHEST = 1e9
+"""Coordinates beyond that are no place that a hand chose."""
+
 Points = list[tuple[float, float]]
 
 
@@ -26,7 +29,7 @@ def bends_of(node: Node, name: str, source: str) -> Points:
     if not isinstance(stored, list):
         return []
     points = [p for p in stored if isinstance(p, (list, tuple)) and len(p) == 2]
-    return [(float(x), float(y)) for x, y in points if isinstance(x, (int, float)) and isinstance(y, (int, float))]
+    return [(float(x), float(y)) for x, y in points if is_coordinate(x) and is_coordinate(y)]
 
 
 def with_bends(node: Node, name: str, source: str, points: Points) -> dict[str, Any] | None:
@@ -60,6 +63,11 @@ def follow(edits: Edits, node: Node, name: str, new: Callable[[str], str | None]
         edits.put(node.ui, BENDS, told[BENDS])
     else:
         edits.drop(node.ui, BENDS)
+
+
+def is_coordinate(number: Any) -> bool:
+    """Whether it is a number that lies on a canvas; an integer in a file may be greater than any float."""
+    return isinstance(number, (int, float)) and abs(number) <= FARTHEST
 
 
 def _table(ui: dict[str, Any], name: str) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from nodegraph.bends import is_coordinate
 from nodegraph.errors import GraphError
 from nodegraph.network import Network, Node
 from nodegraph.params import Parameter
@@ -274,6 +275,6 @@ def fitting_output(node: Node, wanted: Callable[[type], bool]) -> str | None:
 
 def as_position(value: Any) -> tuple[float, float] | None:
     """A position as it is stored, or None where what is stored is none."""
-    if isinstance(value, (list, tuple)) and len(value) == 2 and all(isinstance(v, (int, float)) for v in value):
+    if isinstance(value, (list, tuple)) and len(value) == 2 and all(map(is_coordinate, value)):
         return float(value[0]), float(value[1])
     return None

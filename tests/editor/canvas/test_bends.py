@@ -11,6 +11,7 @@ from nodegraph.bends import bends_of
 from nodegraph.clipboard import Paste, copy
 from nodegraph.commands import Disconnect, Rename
 from nodegraph.editor.canvas import CanvasView
+from nodegraph.editor.canvas.faces import as_position
 from nodegraph.editor.canvas.wires import WireItem
 from nodegraph.editor.session import Session
 from nodegraph.group_commands import Group, Ungroup
@@ -169,3 +170,13 @@ def test_what_is_no_place_is_no_bend(session: Session, canvas: CanvasView) -> No
         node.ui["bends"] = nonsense
         canvas.scene.sync()
         assert wire(canvas).dots == []
+
+
+def test_bends_in_a_file_that_are_no_places_are_passed_over() -> None:
+    network = Network()
+    network.add("filter.gradient", "gradient")
+    node = network.node("gradient")
+    node.ui["bends"] = {"volume": {"ct.volume": [[10**400, 0], [0, -(10**400)], [1e300, 0], ["1", 2], [1, 2], 5]}}
+    assert bends_of(node, "volume", "ct.volume") == [(1.0, 2.0)]
+    assert as_position([10**400, 0]) is None
+    assert as_position([1, 2]) == (1.0, 2.0)
