@@ -10,7 +10,7 @@ help:
 	@echo "make edit    open the visual editor; FILE=workspaces/brain.json opens a workspace"
 	@echo "make demo    render the shipped workspaces into $(OUT)/"
 	@echo "make test    everything that must hold: style, types, import rules, generated docs, all tests"
-	@echo "make quick   the same without what is slow: under 90 seconds"
+	@echo "make quick   the same without what is slow, on OpenGL alone"
 	@echo "make bench   speed and memory against hand-written peers; writes docs/performance.md"
 	@echo "make bench-peers   the same pictures by VTK, which it installs (640 MB); writes docs/peers.md"
 	@echo "make docs    write the generated pages of docs/"

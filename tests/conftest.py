@@ -22,6 +22,16 @@ ROOT = Path(__file__).resolve().parent.parent
 DEVICE_NAMES = ("gl", "cl", "cl64")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What needs OpenCL is slow: its kernels are compiled anew for every variant, and OpenGL's show most faults."""
+    for item in items:
+        chosen = getattr(getattr(item, "callspec", None), "params", {})
+        needed = {*getattr(item, "fixturenames", ()), *(value for value in chosen.values() if isinstance(value, str))}
+        if needed & {"cl", "cl64"}:
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def private_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Keep what tests leave on disk out of the user's cache folder, and the user's plug-ins out of the tests."""

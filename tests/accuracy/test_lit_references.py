@@ -12,6 +12,8 @@ from nodegraph.data import Camera, TransferFunction
 from nodegraph.engine import Engine
 from nodegraph.network import Network
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[2]
 
 

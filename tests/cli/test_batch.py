@@ -14,6 +14,8 @@ import pytest
 from nodegraph import batch, formats
 from nodegraph.batch import Outcome, Task
 
+pytestmark = pytest.mark.slow
+
 
 def grey(path: Path) -> float:
     return round(float(formats.read(path).color[0, 0, 0]), 2)

@@ -14,6 +14,8 @@ import pytest
 
 from nodegraph.cli import terminal
 
+pytestmark = pytest.mark.slow
+
 COMMAND = [sys.executable, "-m", "nodegraph"]
 
 TALKATIVE = '''

@@ -18,6 +18,8 @@ import pytest
 from nodegraph import formats, registry, workspace
 from tests.support import slab_file
 
+pytestmark = pytest.mark.slow
+
 QUICK = ("--cameras", 2, "--held-out", 2, "--repeats", 2)
 
 

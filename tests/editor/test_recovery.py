@@ -23,6 +23,8 @@ from nodegraph.marks import Marks, left_in
 from nodegraph.network import Network
 from tests.editor.test_session import small
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[2]
 
 VICTIM = """

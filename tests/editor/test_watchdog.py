@@ -14,6 +14,8 @@ from nodegraph import Network
 from nodegraph.commands import Set
 from nodegraph.editor.window import Window
 
+pytestmark = pytest.mark.slow
+
 LONGEST = 0.050
 LONGEST_AT_FIRST = 0.250
 ROUNDS = 4

@@ -32,6 +32,8 @@ from nodegraph.data.space import centred
 from nodegraph.shaders import load
 from tests.support.calls import call
 
+pytestmark = pytest.mark.slow
+
 SIZE = (96, 80)
 CAMERA = Camera(eye=(30.0, -150.0, 40.0), target=(0, 0, 0), field_of_view=24.0)
 FUNCTION = TransferFunction([(0.0, (0.1, 0.2, 0.9), 0.0), (0.3, (0.9, 0.3, 0.1), 0.05), (1.0, (0.9, 0.8, 0.6), 0.4)])

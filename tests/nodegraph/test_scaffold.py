@@ -14,6 +14,8 @@ from nodegraph import locations, scaffold
 from nodegraph.errors import CommandError, FormatError
 from nodegraph.registry import Registry
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[2]
 
 

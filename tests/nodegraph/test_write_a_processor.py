@@ -13,6 +13,8 @@ from nodegraph.data import Image, TransferFunction
 from nodegraph.ports import Condition
 from nodegraph.testing import Bench
 
+pytestmark = pytest.mark.slow
+
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "write_a_processor.md"
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
 

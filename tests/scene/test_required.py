@@ -18,6 +18,8 @@ from nodegraph.engine import Engine
 from nodegraph.explain import Scene, scene
 from nodegraph.network import Network
 
+pytestmark = pytest.mark.slow
+
 SIZE = (24, 20)
 FRONT = Camera(eye=(0.0, -400.0, 0.0), target=(0.0, 0.0, 0.0), field_of_view=20.0)
 SIDE = Camera(eye=(-400.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), field_of_view=20.0)

@@ -16,6 +16,8 @@ import nodegraph
 from nodegraph.data import Image
 from nodegraph.data.image import srgb_encode
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 EXPECTED = Path(__file__).parent / "expected"
 NAMES = sorted(path.stem for path in (ROOT / "workspaces").glob("*.json"))

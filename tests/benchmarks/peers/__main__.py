@@ -1,6 +1,6 @@
 """Compare with VTK, print what was found, and write docs/peers.md.
 
-    python -m tests.benchmarks.peers [compare] [orbit] [sizes] [floor] [--side PIXELS] [--out FOLDER]
+    python -m tests.benchmarks.peers [compare] [orbit] [sizes] [floor] [--side PIXELS] [--unlit] [--out FOLDER]
 
 Without names all parts run. The page and its figures are written where all parts ran at full size, or into the
 folder that is named.
@@ -32,6 +32,7 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.peers", description=__doc__)
     parser.add_argument("parts", nargs="*", metavar="PART", help=", ".join(PARTS))
     parser.add_argument("--side", type=int, default=SIDE, help="of the pictures, pixels")
+    parser.add_argument("--unlit", action="store_true", help="leave the scenes with light out: references take long")
     parser.add_argument("--out", type=Path, help="where the page and the figures go")
     asked = parser.parse_args(arguments)
     unknown = [part for part in asked.parts if part not in PARTS]
@@ -45,7 +46,7 @@ def main(arguments: Sequence[str]) -> int:
     lowest: list[Stage] = []
     with Engine("gl", disk=False) as engine:
         if "compare" in parts:
-            compared = compare_all((asked.side, asked.side), engine)
+            compared = compare_all((asked.side, asked.side), engine, asked.unlit)
         if "orbit" in parts:
             turned = orbits((asked.side, asked.side), engine, say)
         if "sizes" in parts:
@@ -70,10 +71,12 @@ def main(arguments: Sequence[str]) -> int:
     return 1 if missed else 0
 
 
-def compare_all(size: tuple[int, int], engine: Engine) -> list[Comparison]:
+def compare_all(size: tuple[int, int], engine: Engine, unlit: bool = False) -> list[Comparison]:
     """All scenes; those with light after the same without."""
     done: dict[str, Comparison] = {}
     for scene in scenes(size):
+        if unlit and scene.lit:
+            continue
         say(f"{scene.name}: {scene.visible_share():.1%} of the voxels can be seen; making the reference")
         truth = Ours(scene, engine).truth(say)
         done[scene.name] = compare(scene, engine, truth, done.get(scene.name.split(",")[0]), say)

@@ -15,6 +15,8 @@ from nodegraph.editor.canvas.faces import as_position, wires_of
 from nodegraph.editor.session import Session
 from tests.editor.canvas.conftest import Hand, text_of
 
+pytestmark = pytest.mark.slow
+
 TYPES = ("filter.gaussian_blur", "render.slice", "image.compose", "source.synthetic", "output.view", "filter.gradient")
 ALT = Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier

@@ -19,6 +19,8 @@ from nodegraph.data import Image, Mesh, Table, Volume
 from nodegraph.data.mesh import box
 from nodegraph.errors import CommandError, DeviceError, DeviceMissing, ParameterError, PortError
 
+pytestmark = pytest.mark.slow
+
 RAN: list[str] = []
 MADE: list[str] = []
 

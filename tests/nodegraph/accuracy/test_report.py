@@ -25,6 +25,8 @@ from nodegraph.data import Image
 from nodegraph.data.image import srgb_encode
 from nodegraph.errors import FormatError
 
+pytestmark = pytest.mark.slow
+
 
 def picture(level: float, width: int = 16, height: int = 8) -> Image:
     color = np.full((height, width, 4), level)

@@ -17,6 +17,8 @@ from nodegraph.errors import Cancelled, CommandError, GraphError, ParameterError
 from nodegraph.network import Network
 from tests.support.slab import Number, Root, Tint, exact, find, left_sum, slab
 
+pytestmark = pytest.mark.slow
+
 LADDER = [0.25 * 2.0**k for k in range(-5, 3)]
 
 

@@ -12,6 +12,8 @@ from nodegraph.data.bricks import BRICK, brick_counts
 from nodegraph.data.space import transform_points
 from nodegraph.errors import PortError
 
+pytestmark = pytest.mark.slow
+
 SIZE = 8
 seeds = st.integers(0, 2**32 - 1)
 

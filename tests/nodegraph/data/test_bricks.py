@@ -22,6 +22,8 @@ from nodegraph.data.bricks import (
 )
 from nodegraph.errors import PortError
 
+pytestmark = pytest.mark.slow
+
 ROWS = 64
 DTYPES = ("u1", "i1", "u2", "i2", "i4", "u4", "f2", "f4", "f8")
 sizes = st.sampled_from((1, 2, 3, 4, 5, 7, 8, 9, 10, 16, 17, 18, 25))

@@ -16,6 +16,8 @@ from nodegraph.errors import Cancelled, ProcessError
 from nodegraph.network import Network
 from tests.support.calls import call
 
+pytestmark = pytest.mark.slow
+
 SIZE = (16, 13)
 TF = TransferFunction(
     [

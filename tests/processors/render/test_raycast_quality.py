@@ -17,6 +17,8 @@ from nodegraph.plan import plan
 from nodegraph.requests import LEVELS, level
 from tests.support.calls import call
 
+pytestmark = pytest.mark.slow
+
 SIZE = (53, 45)
 CAMERA = Camera(eye=(30.0, -150.0, 40.0), target=(0, 0, 0), field_of_view=24.0)
 FLAT = Camera(eye=(30.0, -150.0, 40.0), target=(0, 0, 0), projection="orthographic", height=64.0)

@@ -15,6 +15,8 @@ from nodegraph.data import Camera, Image, Light, Mapping, TransferFunction, Volu
 from nodegraph.data.space import centred
 from tests.support.calls import call
 
+pytestmark = pytest.mark.slow
+
 SIZE = (14, 12)
 SAME = 1e-6
 """Greatest difference of a colour."""
