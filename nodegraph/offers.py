@@ -55,6 +55,11 @@ class Nature:
         """Of the volume's box, mm."""
         return float(np.linalg.norm(np.ptp(self.corners, axis=0)))
 
+    @property
+    def window(self) -> tuple[float, float]:
+        """Values that cuts show black and white: soft tissue in a CT, else what most values lie between."""
+        return (-160.0, 240.0) if self.kind == "ct" else (self.low, self.high)
+
 
 @dataclass(frozen=True)
 class Offer:
@@ -103,6 +108,11 @@ def survey(path: str | Path) -> Nature:
     volume = formats.read(path)
     if not isinstance(volume, Volume):
         raise FormatError(f"holds {volume.kind}, not a volume; networks begin with a volume file", file=str(path))
+    return nature_of(volume, path)
+
+
+def nature_of(volume: Volume, path: Path) -> Nature:
+    """Look at what a file held. Raises FormatError where nothing in it is a number."""
     components = volume.components
     if components > 1:
         volume = volume.component(0)
@@ -263,7 +273,7 @@ def _slices(nature: Nature) -> Network:
             look: dict[str, Any] = {"coloring": "transfer_function", "interpolation": "nearest"}
             look["transfer_function"] = _label_colors(nature.ids)
         else:
-            look = {"window": (-160.0, 240.0) if nature.kind == "ct" else (nature.low, nature.high)}
+            look = {"window": nature.window}
         network.add("render.slice", name, plane=plane, **look)
         network.connect(f"{file}.volume", f"{name}.volume")
         _show(network, name, f"{name}_background", f"{name}_view", "blend" if nature.ids else "black")

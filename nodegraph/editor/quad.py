@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from nodegraph.commands import Add, Connect
 from nodegraph.data import Plane, Volume
 from nodegraph.editor.session import Session
+from nodegraph.errors import FormatError
 from nodegraph.flat import Flat
 from nodegraph.links import value_of
 from nodegraph.network import unique
-from nodegraph.offers import RADIOLOGICAL
+from nodegraph.offers import RADIOLOGICAL, nature_of
 from nodegraph.subjects import subject_of, upstream
 from nodegraph.variable_commands import Link
+
+FEW_BYTES = 1 << 17
+"""Of voxels that are looked at for a window: this is done while the window waits."""
 
 
 def volume_of(session: Session) -> str:
@@ -74,7 +80,7 @@ def _cuts_there(session: Session, volume: str) -> dict[str, str]:
 
 def _add_cut(session: Session, volume: str, name: str) -> str:
     plane = Plane(_middle(session, volume), RADIOLOGICAL[name])
-    cut = _add(session, "render.slice", f"{name}_cut", plane=plane)
+    cut = _add(session, "render.slice", f"{name}_cut", plane=plane, **_window(session, volume))
     session.do(Connect(volume, f"{cut}.volume"))
     view = _add(session, "output.view", name)
     session.do(Connect(f"{cut}.image", f"{view}.image"))
@@ -107,11 +113,28 @@ def _add(session: Session, type: str, id: str, **params: object) -> str:
     return command.path
 
 
-def _middle(session: Session, volume: str) -> tuple[float, float, float]:
-    """The middle of the volume, world mm, as far as it is known; else the origin."""
+def _window(session: Session, volume: str) -> dict[str, tuple[float, float]]:
+    """What the cuts show of the values, where these are at hand; else the whole range, as cuts do by themselves."""
+    value = _value(session, volume)
+    if value is None or value.components > 1 or value.buffer.chunks is not None or not value.buffer.on_host:
+        return {}
+    some = max(1, round((value.buffer.nbytes / FEW_BYTES) ** (1 / 3)))
+    try:
+        return {"window": nature_of(Volume(value.data[::some, ::some, ::some], mapping=value.mapping), Path()).window}
+    except FormatError:
+        return {}
+
+
+def _value(session: Session, volume: str) -> Volume | None:
     path, _, output = volume.rpartition(".")
     value = session.value(path, output)
-    if not isinstance(value, Volume):
+    return value if isinstance(value, Volume) else None
+
+
+def _middle(session: Session, volume: str) -> tuple[float, float, float]:
+    """The middle of the volume, world mm, as far as it is known; else the origin."""
+    value = _value(session, volume)
+    if value is None:
         return (0.0, 0.0, 0.0)
     x, y, z = np.mean(value.corners, axis=0).tolist()
     return x, y, z

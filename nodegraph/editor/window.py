@@ -77,6 +77,9 @@ class Window(QMainWindow):
 
         self.welcome = Welcome(self.session, lambda: self.settings.recent)
         self.canvas = CanvasView(self.session)
+        # A timer of its own: one of QTimer.singleShot that has not ended yet keeps what it calls for good.
+        self._fit = QTimer(self, singleShot=True, interval=0)
+        self._fit.timeout.connect(self.canvas.fit_all)
         self.middle = QStackedWidget()
         self.middle.addWidget(self.welcome)
         self.middle.addWidget(self.canvas)
@@ -354,7 +357,7 @@ class Window(QMainWindow):
         self._fit_soon()
 
     def _fit_soon(self) -> None:
-        QTimer.singleShot(0, self.canvas, self.canvas.fit_all)  # when the docks of its views have taken their room
+        self._fit.start()  # when the docks of its views have taken their room
 
     def _show_canvas(self) -> None:
         self.middle.setCurrentWidget(self.canvas)

