@@ -40,6 +40,8 @@ ROW_ROUNDING = 2.0**-21
 
 Flags = NDArray[np.bool_]
 
+MOSTLY_VISIBLE = 0.95
+
 
 def brick_counts(dims: tuple[int, int, int]) -> tuple[int, int, int]:
     """Number of bricks (x, y, z) of a grid of ``dims`` voxels (x, y, z): ceil((n - 1) / 4), at least 1."""
@@ -255,3 +257,8 @@ def _reduce_axis(ufunc: np.ufunc, rows: Array, count: int) -> Array:
     shared = rows[BRICK::BRICK]
     ufunc(result[: len(shared)], shared, out=result[: len(shared)])
     return result
+
+
+def unless_most(visible: Flags) -> Flags | None:
+    """Visible bricks; None where nearly all are: asking for the others would cost more than they do."""
+    return None if visible.mean() > MOSTLY_VISIBLE else visible

@@ -1,15 +1,16 @@
 """Cast rays through a volume."""
 
-import math
+from functools import partial
 
 import numpy as np
 
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.compute import blockwise
+from nodegraph.compute.casting import ENLARGE, Casting
 from nodegraph.data import Image, Volume, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
-from nodegraph.data.gradients import beforehand, index_gradient, visible_samples
-from nodegraph.errors import DeviceError, PortError
+from nodegraph.data.gradients import visible_samples
+from nodegraph.errors import DeviceError
 from nodegraph.ports import channels, has_components
 from nodegraph.requests import Request, coarseness, coarser
 
@@ -20,14 +21,12 @@ KERNELS = {
     "composite": "render/raycast", "cellwise": "render/raycast_cellwise", "adaptive": "render/raycast_adaptive",
     "first_hit": "render/raycast_surface", "iso": "render/raycast_surface", "maximum": "render/raycast_maximum",
 }  # fmt: skip
-ENLARGE, SPARSE = "render/enlarge", "render/sparse"
+SPARSE = "render/sparse"
 POINTS = {"gauss2": 2, "gauss3": 3}
 UNBOUNDED = (KERNELS["cellwise"], KERNELS["adaptive"])
 """Kernels whose turns of loops are not known beforehand; where a ray was not cast to its end they return NaN."""
 LOOKS_AT = {"midpoint": 0.0, "cellwise": 0.0, "maximum": 0.0, "first_hit": 1.5, "iso": 1.5}
 """Steps from the middle of a segment to the farthest point that is looked at for it; 1/2 where nothing else is said."""
-MOSTLY_VISIBLE = 0.95
-"""Where more of the bricks can be seen than that, asking for the others costs more than they do."""
 
 
 class Raycast(Processor):
@@ -163,144 +162,84 @@ class Raycast(Processor):
             exact = mode == "composite" and integrator == "cellwise"
             size, longer = coarser(whole, None if exact else step, coarseness(quality))
             step = longer or step
-        if interval is not None and interval.size != size:
-            raise PortError(f"interval: expected {size[0]}x{size[1]} pixels, got {interval.size[0]}x{interval.size[1]}")
-        if gradient is not None and not gradient.is_same_grid(volume):
-            raise PortError("gradient: it lies on another grid than the volume; compute it from this volume")
-        function = transfer_function
-        step_length = step * float(volume.spacing.min())
-        # Rays start a whole number of steps from the eye, just before the volume: single precision counts from there.
-        steps = max(0.0, math.floor(volume.distance_from(camera) / step_length) - 1.0)
-        # Values are taken relative to one of the field's own, for the same reason.
-        level = volume.origin
-        streamed = blockwise.is_needed(volume, device)
-        bindings = {
-            "volume": volume.less(level),
-            "step_length": step_length,
-        }
-        defines = {"INTERVAL": interval is not None}
-        if interval is not None:
-            bindings |= {"interval": interval, "rounding": 8.0 * float(np.finfo(device.real).eps)}
+        frame = Casting(device, volume, camera, size, step, interval, gradient)
+        level, bindings, defines = frame.level, frame.bindings, frame.defines
         lit = lit and mode in SURFACES
-        differentiate = None
         if lit:
-            material = {"ambient": ambient, "diffuse": diffuse, "specular": specular, "shininess": shininess}
-            bindings |= {"light": light.in_eye_space(camera), "material": material}
-            to_eye = camera.eye_to_world[:3, :3].T
-            if gradient is None:
-                to_eye = to_eye @ volume.world_to_index[:3, :3].T
-            defines |= {"LIT": True, "GRADIENT": 0 if gradient is None else 1}
-            bindings |= {"to_eye": to_eye / np.abs(to_eye).max()}
+            frame.illuminate(light, ambient=ambient, diffuse=diffuse, specular=specular, shininess=shininess)
+            to_eye = frame.to_eye()
+            bindings["to_eye"] = to_eye / np.abs(to_eye).max()
 
         kernel = KERNELS.get(integrator, KERNELS[mode]) if mode == "composite" else KERNELS[mode]
         if mode == "composite":
-            bindings |= {"depth_opacity": depth_opacity}
-            defines |= {"TERMINATION": termination < 1.0}
+            bindings["depth_opacity"] = depth_opacity
+            defines["TERMINATION"] = termination < 1.0
             if termination < 1.0:
                 # A ray must not end before its depth is known.
-                bindings |= {"termination": max(termination, depth_opacity)}
+                bindings["termination"] = max(termination, depth_opacity)
             given, switches = _integration(
-                function, integrator, level, step_length, order, table_size, pair_table_size, memo
+                transfer_function, integrator, level, frame.step_length, order, table_size, pair_table_size, memo
             )
-            bindings |= given
-            defines |= switches
+            bindings.update(given)
+            defines.update(switches)
             if integrator == "adaptive":
-                bindings |= {"tolerance": tolerance}
+                bindings["tolerance"] = tolerance
         elif mode == "iso":
-            bindings |= {"iso_value": iso_value - level, "iso_color": iso_color}
+            bindings.update(iso_value=iso_value - level, iso_color=iso_color)
         else:
-            bindings |= _tabulated(function, table_size, level)
-            bindings |= (
-                {"reference_length": function.reference_length}
-                if mode == "maximum"
-                else {"hit_extinction": hit_extinction}
-            )
+            bindings.update(_tabulated(transfer_function, table_size, level))
+            if mode == "maximum":
+                bindings["reference_length"] = transfer_function.reference_length
+            else:
+                bindings["hit_extinction"] = hit_extinction
         if mode in ("iso", "first_hit"):
-            defines |= {"ISO": mode == "iso"}
-        defines |= {"FINITE": volume.dtype.kind in "iu"}
+            defines["ISO"] = mode == "iso"
 
         visible = ranges = found = None
         if skip:
-            ranges = memo(value_ranges, volume, blockwise.GROUP) if streamed else memo(value_ranges, volume)
+            ranges = memo(value_ranges, volume, blockwise.GROUP) if frame.streamed else memo(value_ranges, volume)
             if mode == "maximum":
-                bindings |= {"bricks": ranges.less(level)}
-                defines |= {"SKIP": True}
+                bindings["bricks"] = ranges.less(level)
+                defines["SKIP"] = True
             else:
                 what = integrator if mode == "composite" else mode
                 rows = pair_table_size if what in ("preintegrated", "adaptive") else table_size
                 least = {"first_hit": hit_extinction, "iso": iso_value}.get(what, 0.0)
-                if streamed:
-                    ranges, visible = None, memo(visible_groups, ranges, function, what, rows, least, level)
+                if frame.streamed:
+                    ranges, visible = None, memo(visible_groups, ranges, transfer_function, what, rows, least, level)
                     found = visible
                 else:
-                    found = memo(leaps, ranges, function, what, rows, least, level)
+                    found = memo(leaps, ranges, transfer_function, what, rows, least, level)
                 if found is None:
                     explain("bricks are not asked for: nearly all of them can be seen")
                     if kernel == KERNELS["composite"]:
-                        defines |= {"DENSE": lit}
+                        defines["DENSE"] = lit
                 else:
-                    bindings |= {"bricks": found}
-                    defines |= {"SKIP": True}
+                    bindings["bricks"] = found
+                    defines["SKIP"] = True
 
-        if lit and gradient is not None:
-            bindings |= {"gradient": gradient}
-        elif lit:
-            share = 1.0 if found is None or streamed else float((found.data <= 0.0).mean())
+        if lit:
             shown = size[0] * size[1]
             if mode == "composite":
-                shown = visible_samples(volume, camera, size, step_length, share)
-            made, why = beforehand(gradients, volume, shown, device, streamed)
-            explain(f"gradients are {'precomputed' if made else 'taken on the fly'}: {why}")
-            if made:
-                # They have a voxel more on each side than what is wired.
-                defines |= {"GRADIENT": 2}
-                if streamed:
-                    differentiate = index_gradient
-                else:
-                    bindings |= {"gradient": memo(index_gradient, volume)}
+                share = 1.0 if found is None or frame.streamed else float((found.data <= 0.0).mean())
+                shown = visible_samples(volume, camera, size, frame.step_length, share)
+            frame.choose_gradients(gradients, shown, memo, explain)
 
-        # What a ray costs is its samples; a few hundred are nothing out of the ordinary.
-        samples = float(np.linalg.norm(volume.corners[7] - volume.corners[0])) / step_length
         # How many turns of loops a ray may take at most, as some drivers count (branches are printed as loops).
-        turns = samples * (4.0 if lit and mode == "composite" else 1.3 if "SKIP" in defines else 1.0) + 100
-        work = max(samples / 500.0, 0.1)
-
-        if streamed:
-            explain("the volume does not fit: it is read and rendered block by block, front to back")
-            if pixel_tolerance > 0.0:
-                explain("every pixel is cast: blocks know no pixel_tolerance")
-            for name in ("volume", "gradient", "bricks"):
-                bindings.pop(name, None)
-            reach = step_length * float(np.linalg.norm(volume.world_to_index[:3, :3], axis=1).max())
-            looks = LOOKS_AT.get(integrator if mode == "composite" else mode, 0.5)
-            blocks = blockwise.Cast(
-                kernel, size, volume, camera, defines, bindings,
-                visible=None if visible is None else blockwise.each_brick(visible, volume.dims),
-                ranges=None if ranges is None else ranges.data,
-                gradient=gradient if lit else None, differentiate=differentiate,
-                span=reach * looks, margin=1.5 * reach, differences=lit and gradient is None,
-                level=level, hides=bindings.get("termination", 1.0), carries_best=mode == "maximum",
-            )  # fmt: skip
-
-        def cast(grid, stride=1, **known):
-            """Rays of every ``stride``-th pixel of every such row; with ``known`` only where that is 0."""
-            rays = camera.rays(size, volume.world_to_index, steps * step_length, stride)
-            if streamed:
-                return blockwise.render(blocks, device, progress, camera=rays, work=work, turns=turns)
-            named = {"defines": defines | {"SPARSE": bool(known)}, "work": work, "turns": turns}
-            return device.run(kernel, grid, camera=rays, **named, **known, **bindings)
-
-        result = (
-            cast_sparsely(cast, device, size, pixel_tolerance) if pixel_tolerance > 0.0 and not streamed else cast(size)
-        )
+        turns = frame.samples * (4.0 if lit and mode == "composite" else 1.3 if "SKIP" in defines else 1.0) + 100
+        looks = LOOKS_AT.get(integrator if mode == "composite" else mode, 0.5)
+        frame.stream(kernel, explain, visible=visible, ranges=ranges, looks=looks, carries_best=mode == "maximum")
+        if pixel_tolerance > 0.0 and frame.streamed:
+            explain("every pixel is cast: blocks know no pixel_tolerance")
+        cast = partial(frame.cast, kernel, turns, progress)
+        sparse = pixel_tolerance > 0.0 and not frame.streamed
+        result = cast_sparsely(cast, device, size, pixel_tolerance) if sparse else cast()
         if kernel in UNBOUNDED and "turns" in device.limits and np.isnan(result.color.array).any():
             raise DeviceError(
                 f"{integrator}: this driver ends loops after {device.limits['turns']} turns, too early for some rays; "
                 "use a greater step or tolerance, another integrator, or --device cl"
             )
-        if size != whole:
-            result = device.run(ENLARGE, whole, color=result.color, depth=result.depth, full=whole)
-        return Image(result.color, result.depth)
+        return frame.picture(result, whole)
 
 
 def cast_sparsely(cast, device, size, tolerance):
@@ -379,4 +318,4 @@ def visible_groups(ranges, function, what, rows, least, level):
     else:
         threshold = np.nextafter(np.float32(least), np.float32(-1.0)) if what == "first_hit" else 0.0
         visible = bricks.visible_bricks(values, function.table(rows), function.lookup(rows), threshold)
-    return None if visible.mean() > MOSTLY_VISIBLE else visible
+    return bricks.unless_most(visible)

@@ -1,22 +1,16 @@
 """Cast rays through a volume, classified by value and gradient magnitude."""
 
-import math
-
-import numpy as np
-
 from nodegraph import Bool, Camera, Choice, Float, Input, Int, Light, Output, Processor, TransferFunction2D, data
 from nodegraph.compute import blockwise
+from nodegraph.compute.casting import ENLARGE, Casting
 from nodegraph.data import Image, Volume, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
-from nodegraph.data.gradients import beforehand, index_gradient, visible_samples
-from nodegraph.errors import PortError
+from nodegraph.data.gradients import visible_samples
 from nodegraph.ports import channels, has_components
 from nodegraph.requests import Request, coarseness, coarser
 
 INTEGRATORS = ("midpoint", "gauss2", "gauss3")
-KERNEL, ENLARGE = "render/raycast", "render/enlarge"
-MOSTLY_VISIBLE = 0.95
-"""Where more of the bricks can be seen than that, asking for the others costs more than they do."""
+KERNEL = "render/raycast"
 
 
 class Raycast2D(Processor):
@@ -100,105 +94,56 @@ class Raycast2D(Processor):
         if interval is None or interval.size != whole:
             # An interval of the whole size, as a script may bring it, leaves no choice.
             size, step = coarser(whole, step, coarseness(quality))
-        if interval is not None and interval.size != size:
-            raise PortError(f"interval: expected {size[0]}x{size[1]} pixels, got {interval.size[0]}x{interval.size[1]}")
-        if gradient is not None and not gradient.is_same_grid(volume):
-            raise PortError("gradient: it lies on another grid than the volume; compute it from this volume")
-        function = transfer_function
-        step_length = step * float(volume.spacing.min())
-        # Rays start a whole number of steps from the eye, just before the volume: single precision counts from there.
-        steps = max(0.0, math.floor(volume.distance_from(camera) / step_length) - 1.0)
-        # Values are taken relative to one of the field's own, for the same reason.
-        level = volume.origin
-        streamed = blockwise.is_needed(volume, device)
-        to_eye = camera.eye_to_world[:3, :3].T
-        if gradient is None:
-            to_eye = to_eye @ volume.world_to_index[:3, :3].T
-        bindings = {
-            "volume": volume.less(level),
-            "step_length": step_length,
-            "table": function.table(table_size, table_size),
-            "lookup_2d": function.lookup(table_size, table_size, level),
-            "to_eye": to_eye,
-            # A ray must not end before its depth is known.
+        frame = Casting(device, volume, camera, size, step, interval, gradient)
+        bindings, defines = frame.bindings, frame.defines
+        bindings |= {
+            "table": transfer_function.table(table_size, table_size),
+            "lookup_2d": transfer_function.lookup(table_size, table_size, frame.level),
+            "to_eye": frame.to_eye(),
             "depth_opacity": depth_opacity,
-            "termination": max(termination, depth_opacity),
         }
-        defines = {
-            "BY_GRADIENT": True, "INTERVAL": interval is not None, "TERMINATION": termination < 1.0, "LIT": lit,
-            "GRADIENT": 0 if gradient is None else 1, "FINITE": volume.dtype.kind in "iu",
-            "INTEGRATOR": 0 if integrator == "midpoint" else 3,
-        }  # fmt: skip
+        defines |= {"BY_GRADIENT": True, "TERMINATION": termination < 1.0}
+        if termination < 1.0:
+            # A ray must not end before its depth is known.
+            bindings["termination"] = max(termination, depth_opacity)
         if integrator != "midpoint":
-            defines |= {"ORDER": INTEGRATORS.index(integrator) + 1}
-            nodes, weights, before = preintegration.gauss_rule(defines["ORDER"])
+            order = INTEGRATORS.index(integrator) + 1
+            nodes, weights, before = preintegration.gauss_rule(order)
             bindings |= {"nodes": nodes, "weights": weights, "before": before.ravel()}
-        if interval is not None:
-            bindings |= {"interval": interval, "rounding": 8.0 * float(np.finfo(device.real).eps)}
+            defines |= {"INTEGRATOR": 3, "ORDER": order}
         if lit:
-            material = {"ambient": ambient, "diffuse": diffuse, "specular": specular, "shininess": shininess}
-            bindings |= {"light": light.in_eye_space(camera), "material": material}
+            frame.illuminate(light, ambient=ambient, diffuse=diffuse, specular=specular, shininess=shininess)
 
         visible, share = None, 1.0
         if skip:
-            ranges = memo(value_ranges, volume, blockwise.GROUP) if streamed else memo(value_ranges, volume)
-            visible = memo(visible_groups, ranges, function, table_size)
-            if visible is None:
-                explain("bricks are not asked for: nearly all of them can be seen")
-                defines |= {"DENSE": lit}
+            ranges = memo(value_ranges, volume, blockwise.GROUP) if frame.streamed else memo(value_ranges, volume)
+            if frame.streamed:
+                found = visible = memo(visible_groups, ranges, transfer_function, table_size)
             else:
-                share = float(visible.mean())
-                bindings |= {"bricks": memo(leaps, ranges, function, table_size)}
-                defines |= {"SKIP": True}
+                found = memo(leaps, ranges, transfer_function, table_size)
+            if found is None:
+                explain("bricks are not asked for: nearly all of them can be seen")
+                defines["DENSE"] = lit
+            else:
+                share = float(visible.mean() if frame.streamed else (found.data <= 0.0).mean())
+                bindings["bricks"] = found
+                defines["SKIP"] = True
+        shown = visible_samples(volume, camera, size, frame.step_length, share)
+        frame.choose_gradients(gradients, shown, memo, explain)
 
-        differentiate = None
-        if gradient is not None:
-            bindings |= {"gradient": gradient}
-        else:
-            shown = visible_samples(volume, camera, size, step_length, share)
-            made, why = beforehand(gradients, volume, shown, device, streamed)
-            explain(f"gradients are {'precomputed' if made else 'taken on the fly'}: {why}")
-            if made:
-                # They have a voxel more on each side than what is wired.
-                defines |= {"GRADIENT": 2}
-                if streamed:
-                    differentiate = index_gradient
-                else:
-                    bindings |= {"gradient": memo(index_gradient, volume)}
-
-        # What a ray costs is its samples; a few hundred are nothing out of the ordinary.
-        samples = float(np.linalg.norm(volume.corners[7] - volume.corners[0])) / step_length
         # How many turns of loops a ray may take at most, as some drivers count (branches are printed as loops).
-        cost = {"turns": samples * (4.0 if lit else 1.3 if skip else 1.0) + 100, "work": max(samples / 500.0, 0.1)}
-        rays = camera.rays(size, volume.world_to_index, steps * step_length)
-        if streamed:
-            explain("the volume does not fit: it is read and rendered block by block, front to back")
-            for name in ("volume", "gradient", "bricks"):
-                bindings.pop(name, None)
-            reach = step_length * float(np.linalg.norm(volume.world_to_index[:3, :3], axis=1).max())
-            blocks = blockwise.Cast(
-                KERNEL, size, volume, camera, defines, bindings,
-                visible=None if visible is None else blockwise.each_brick(visible, volume.dims),
-                gradient=gradient, differentiate=differentiate,
-                span=reach * (0.0 if integrator == "midpoint" else 0.5), margin=1.5 * reach,
-                differences=gradient is None, level=level,
-                hides=bindings["termination"] if termination < 1.0 else 1.0,
-            )  # fmt: skip
-            result = blockwise.render(blocks, device, progress, camera=rays, **cost)
-        else:
-            result = device.run(KERNEL, size, camera=rays, defines=defines, **cost, **bindings)
-        if size != whole:
-            result = device.run(ENLARGE, whole, color=result.color, depth=result.depth, full=whole)
-        return Image(result.color, result.depth)
+        turns = frame.samples * (4.0 if lit else 1.3 if skip else 1.0) + 100
+        frame.stream(KERNEL, explain, visible=visible, looks=0.0 if integrator == "midpoint" else 0.5)
+        return frame.picture(frame.cast(KERNEL, turns, progress), whole)
+
+
+def leaps(ranges, function, table_size):
+    """How far a ray may leap from each brick, as a volume; None where it is not worth asking."""
+    visible = visible_groups(ranges, function, table_size)
+    return None if visible is None else Volume(bricks.brick_distances(visible))
 
 
 def visible_groups(ranges, function, table_size):
     """The bricks, or groups of bricks, with values that are seen at some magnitude; None where nearly all have."""
     greatest = function.greatest(table_size, table_size)
-    visible = bricks.visible_bricks(ranges.data, greatest, function.lookup(table_size, table_size)[:2])
-    return None if visible.mean() > MOSTLY_VISIBLE else visible
-
-
-def leaps(ranges, function, table_size):
-    """How far a ray may leap from each brick, as a volume."""
-    return Volume(bricks.brick_distances(visible_groups(ranges, function, table_size)))
+    return bricks.unless_most(bricks.visible_bricks(ranges.data, greatest, function.lookup(table_size, table_size)[:2]))

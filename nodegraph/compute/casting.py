@@ -1,0 +1,165 @@
+"""A frame of a ray-caster: what every processor that casts rays by segments refuses, binds, decides and runs alike.
+
+A processor makes one `Casting`, adds to its ``bindings`` and ``defines`` what it reads of its transfer function, and
+lets it run: in one piece, or block by block where the volume does not fit (docs/decisions/0007-rays.md, 0009).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nodegraph.compute import blockwise
+from nodegraph.data.bricks import Flags
+from nodegraph.data.camera import Camera
+from nodegraph.data.gradients import beforehand, index_gradient
+from nodegraph.data.image import Image
+from nodegraph.data.light import Light
+from nodegraph.data.volume import Volume
+from nodegraph.errors import PortError
+
+ENLARGE = "render/enlarge"
+
+
+class Casting:
+    """One frame.
+
+    size: of what is cast, pixels (w, h). step_length: mm. gradient: world-space, as it is wired, or None.
+    level: is taken off all values, because single precision has no digits left far from zero.
+    streamed: the volume does not fit, so blocks of it are rendered front to back.
+    Raises PortError where the interval or the gradient does not fit the picture or the volume.
+    """
+
+    def __init__(
+        self,
+        device: Any,
+        volume: Volume,
+        camera: Camera,
+        size: tuple[int, int],
+        step: float,
+        interval: Image | None = None,
+        gradient: Volume | None = None,
+    ) -> None:
+        if interval is not None and interval.size != size:
+            raise PortError(f"interval: expected {size[0]}x{size[1]} pixels, got {interval.size[0]}x{interval.size[1]}")
+        if gradient is not None and not gradient.is_same_grid(volume):
+            raise PortError("gradient: it lies on another grid than the volume; compute it from this volume")
+        self.device, self.volume, self.camera, self.size = device, volume, camera, size
+        self.step_length = step * float(volume.spacing.min())
+        # Rays start a whole number of steps from the eye, just before the volume: single precision counts from there.
+        steps = max(0.0, math.floor(volume.distance_from(camera) / self.step_length) - 1.0)
+        self.start = steps * self.step_length
+        self.level = volume.origin
+        self.streamed = blockwise.is_needed(volume, device)
+        self.gradient = gradient
+        self.bindings: dict[str, Any] = {"volume": volume.less(self.level), "step_length": self.step_length}
+        self.defines: dict[str, Any] = {"INTERVAL": interval is not None, "FINITE": volume.dtype.kind in "iu"}
+        if interval is not None:
+            self.bindings |= {"interval": interval, "rounding": 8.0 * float(np.finfo(device.real).eps)}
+        # Blocks are cut from the volume; so are its gradients and its bricks.
+        self._differentiate: Callable[[Volume], Volume] | None = None
+        self._blocks: blockwise.Cast | None = None
+
+    @property
+    def samples(self) -> float:
+        """Segments of the longest ray."""
+        corners = self.volume.corners
+        return float(np.linalg.norm(corners[7] - corners[0])) / self.step_length
+
+    @property
+    def work(self) -> float:
+        """How dear a pixel is: a few hundred segments are nothing out of the ordinary."""
+        return max(self.samples / 500.0, 0.1)
+
+    def illuminate(self, light: Light, **material: float) -> None:
+        """Bind a lamp and ambient, diffuse, specular, shininess. Gradients are another matter."""
+        self.bindings |= {"light": light.in_eye_space(self.camera), "material": material}
+        self.defines |= {"LIT": True}
+
+    def to_eye(self) -> NDArray[np.float64]:
+        """What turns the gradients that a kernel reads into eye space: those wired, or differences per index unit."""
+        turned = self.camera.eye_to_world[:3, :3].T
+        if self.gradient is not None:
+            return turned
+        result: NDArray[np.float64] = turned @ self.volume.world_to_index[:3, :3].T
+        return result
+
+    def choose_gradients(
+        self, asked: str, shown: float, memo: Callable[..., Any], explain: Callable[[str], None]
+    ) -> None:
+        """Bind gradients, or let the kernel take differences; ``shown``: samples a frame that need one."""
+        self.defines |= {"GRADIENT": 0 if self.gradient is None else 1}
+        if self.gradient is not None:
+            self.bindings |= {"gradient": self.gradient}
+            return
+        made, why = beforehand(asked, self.volume, shown, self.device, self.streamed)
+        explain(f"gradients are {'precomputed' if made else 'taken on the fly'}: {why}")
+        if made:
+            # They have a voxel more on each side than what is wired.
+            self.defines |= {"GRADIENT": 2}
+            if self.streamed:
+                self._differentiate = index_gradient
+            else:
+                self.bindings |= {"gradient": memo(index_gradient, self.volume)}
+
+    def stream(
+        self,
+        kernel: str,
+        explain: Callable[[str], None],
+        *,
+        visible: Flags | None,
+        ranges: Volume | None = None,
+        looks: float,
+        carries_best: bool = False,
+    ) -> None:
+        """Prepare blocks, where the volume does not fit.
+
+        visible: the groups of bricks in which something can be seen; ranges: their values, for a kernel that looks at
+        them itself. looks: steps from the middle of a segment to the farthest point that is looked at for it.
+        """
+        if not self.streamed:
+            return
+        explain("the volume does not fit: it is read and rendered block by block, front to back")
+        for name in ("volume", "gradient", "bricks"):
+            self.bindings.pop(name, None)
+        reach = self.step_length * float(np.linalg.norm(self.volume.world_to_index[:3, :3], axis=1).max())
+        differs = "GRADIENT" in self.defines
+        self._blocks = blockwise.Cast(
+            kernel, self.size, self.volume, self.camera, self.defines, self.bindings,
+            visible=None if visible is None else blockwise.each_brick(visible, self.volume.dims),
+            ranges=None if ranges is None else ranges.data,
+            gradient=self.gradient if differs else None, differentiate=self._differentiate,
+            span=reach * looks, margin=1.5 * reach, differences=differs and self.gradient is None,
+            level=self.level, hides=self.bindings.get("termination", 1.0), carries_best=carries_best,
+        )  # fmt: skip
+
+    def cast(
+        self,
+        kernel: str,
+        turns: float,
+        progress: Callable[[float], None],
+        grid: tuple[int, int] | None = None,
+        stride: int = 1,
+        **known: Any,
+    ) -> Any:
+        """Colour and depth of the rays of every ``stride``-th pixel of every such row, which are ``grid``.
+
+        turns: of loops that a ray takes at most. known: a picture that is above 0 where nothing need be cast; blocks
+        know none.
+        """
+        rays = self.camera.rays(self.size, self.volume.world_to_index, self.start, stride)
+        if self._blocks is not None:
+            return blockwise.render(self._blocks, self.device, progress, camera=rays, work=self.work, turns=turns)
+        given: Mapping[str, Any] = {"work": self.work, "turns": turns, **known, **self.bindings}
+        defines = self.defines | ({"SPARSE": True} if known else {})
+        return self.device.run(kernel, grid or self.size, camera=rays, defines=defines, **given)
+
+    def picture(self, result: Any, whole: tuple[int, int]) -> Image:
+        """What was cast, at the size that was asked for."""
+        if self.size != whole:
+            result = self.device.run(ENLARGE, whole, color=result.color, depth=result.depth, full=whole)
+        return Image(result.color, result.depth)
