@@ -131,6 +131,11 @@ def nature_of(volume: Volume, path: Path) -> Nature:
     return Nature(path, kind, volume.centre, volume.corners, components, low, high, threshold, ids)
 
 
+def in_patches(edges: float, there: float) -> bool:
+    """Whether whole numbers lie in patches, as labels do: few of the voxels that are ``there`` differ from the left."""
+    return edges <= 0.3 * there
+
+
 def label_ids(volume: Volume) -> tuple[int, ...]:
     """The ids of a volume of labels: whole numbers that lie in patches. Nothing for any other. Reads the volume."""
     whole = volume.dtype.kind in "iu" and volume.components == 1
@@ -161,7 +166,7 @@ def _label_ids(volume: Volume, slices: NDArray[Any]) -> tuple[int, ...]:
     if slices.min() < 0 or not there.any():
         return ()
     edges = (slices[:, :, 1:] != slices[:, :, :-1]) & there[:, :, 1:]
-    if edges.sum() > 0.3 * there.sum() or len(np.unique(slices[there])) > MOST_LABELS:
+    if not in_patches(edges.sum(), there.sum()) or len(np.unique(slices[there])) > MOST_LABELS:
         return ()
     found = set(np.unique(slices[there]).tolist())
     if np.prod(volume.dims) <= 32 * SAMPLES and volume.mapping[:2] == (1.0, 0.0):

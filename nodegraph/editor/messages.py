@@ -15,12 +15,12 @@ from PySide6.QtWidgets import (
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
 from nodegraph.editor import theme
+from nodegraph.editor.buttons import flat_button
 from nodegraph.editor.session import Message, Session
 from nodegraph.report import Report
 
@@ -67,10 +67,8 @@ class Messages(QWidget):
         self.list.setResizeMode(QListWidget.ResizeMode.Adjust)
         self.summary = QLabel()
         self.summary.setProperty("dim", True)
-        self.again = _button("Try again", "Run again what failed, with nothing changed")
-        self.again.clicked.connect(session.retry)
-        clear = _button("Clear", "Forget all messages")
-        clear.clicked.connect(self.clear)
+        self.again = flat_button("Try again", "Run again what failed, with nothing changed", session.retry)
+        clear = flat_button("Clear", "Forget all messages", self.clear)
         row = QHBoxLayout()
         row.setContentsMargins(10, 4, 6, 4)
         row.addWidget(self.summary, 1)
@@ -197,11 +195,3 @@ class _Delegate(QStyledItemDelegate):
     def _box(width: int, left: int, top: int) -> QRect:
         start = _MARGIN + _ICON + 8
         return QRect(left + start, top + _MARGIN // 2, max(40, width - start - _MARGIN), 10000)
-
-
-def _button(text: str, tip: str) -> QToolButton:
-    made = QToolButton()
-    made.setText(text)
-    made.setToolTip(tip)
-    made.setAutoRaise(True)
-    return made

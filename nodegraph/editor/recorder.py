@@ -6,8 +6,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QFontDatabase, QGuiApplication, QShowEvent
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPlainTextEdit, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
 
+from nodegraph.editor.buttons import flat_button
 from nodegraph.editor.session import Session
 from nodegraph.recording import Recording
 
@@ -30,9 +31,9 @@ class Recorder(QWidget):
         row = QHBoxLayout()
         row.setContentsMargins(10, 4, 6, 4)
         row.addWidget(self.summary, 1)
-        self.copy_it = self._button("Copy", "Copy the whole script", self.copy)
-        self.save_it = self._button("Save ...", "Save the script to a file", self.save_dialog)
-        self.start_again = self._button(
+        self.copy_it = flat_button("Copy", "Copy the whole script", self.copy)
+        self.save_it = flat_button("Save ...", "Save the script to a file", self.save_dialog)
+        self.start_again = flat_button(
             "Begin here", "Forget what was recorded, and begin with the network as it is", self.begin
         )
         for button in (self.copy_it, self.save_it, self.start_again):
@@ -100,11 +101,3 @@ class Recorder(QWidget):
         bar.setValue(bar.maximum() if at_end else place)
         steps = self.recording.steps
         self.summary.setText("Nothing was done yet" if not steps else f"{steps} step{'s' if steps > 1 else ''}")
-
-    def _button(self, text: str, tip: str, act: object) -> QToolButton:
-        made = QToolButton()
-        made.setText(text)
-        made.setToolTip(tip)
-        made.setAutoRaise(True)
-        made.clicked.connect(act)
-        return made

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -295,15 +296,7 @@ class ColorField(Field):
 
     def pick(self) -> None:
         """Open the picker."""
-        picker = self.picker = ColorPicker(self.value, self)
-        picker.picked.connect(self.edited)
-        picker.pressed.connect(self.began)
-        picker.released.connect(self.ended)
-        picker.destroyed.connect(self._forget)
-        picker.show_below(self.swatch)
-
-    def _forget(self) -> None:
-        self.picker = None
+        open_picker(self, self.value, self.edited.emit).show_below(self.swatch)
 
     def _typed(self, text: str) -> None:
         text = text.strip()
@@ -314,6 +307,17 @@ class ColorField(Field):
             self.show_value(self.value)
             return
         self.edited.emit(value)
+
+
+def open_picker(owner: Any, color: Sequence[float], picked: Callable[[Any], object]) -> ColorPicker:
+    """A picker at work for a widget with ``began``, ``ended`` and ``picker``, which is None again when it closes."""
+    picker = owner.picker = ColorPicker(color, owner)
+    picker.picked.connect(picked)
+    picker.pressed.connect(owner.began)
+    picker.released.connect(owner.ended)
+    picker.destroyed.connect(partial(setattr, owner, "picker", None))
+    picker.adjustSize()
+    return picker
 
 
 def _is_hex(text: str) -> bool:

@@ -7,9 +7,10 @@ import re
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from nodegraph import locations
+from nodegraph.editor.buttons import flat_button
 from nodegraph.editor.reloading import Reloader
 from nodegraph.editor.session import Message, Session
 from nodegraph.editor.shader_editor.code import CodeEdit
@@ -39,9 +40,9 @@ class ShaderPanel(QWidget):
         self.files.activated.connect(self._chosen)
         self.code = CodeEdit()
         self.code.setAccessibleName("Shader")
-        self.save_it = self._button("Save", "Save and see it in the picture (Ctrl+S)", self.save)
-        self.revert_it = self._button("Revert", "Take the text that is in the file", self.revert)
-        self.copy_it = self._button("Copy to my plug-ins", "Make a processor of your own with this text", self.copy)
+        self.save_it = flat_button("Save", "Save and see it in the picture (Ctrl+S)", self.save)
+        self.revert_it = flat_button("Revert", "Take the text that is in the file", self.revert)
+        self.copy_it = flat_button("Copy to my plug-ins", "Make a processor of your own with this text", self.copy)
         self.state = QLabel()
         self.state.setProperty("dim", True)
         self.state.setWordWrap(True)
@@ -232,14 +233,6 @@ class ShaderPanel(QWidget):
             self._say("This file comes with an installed package. Copy it to your plug-ins to change it.")
         else:
             self._say(str(self.path) if self.path is not None else "Select a node that has a kernel, or choose a file.")
-
-    def _button(self, text: str, tip: str, act: object) -> QToolButton:
-        made = QToolButton()
-        made.setText(text)
-        made.setToolTip(tip)
-        made.setAutoRaise(True)
-        made.clicked.connect(act)
-        return made
 
 
 def short_name(path: Path) -> str:

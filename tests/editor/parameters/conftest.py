@@ -19,9 +19,7 @@ from nodegraph.editor.parameters import ParameterPanel
 from nodegraph.editor.parameters.place import Place
 from nodegraph.editor.parameters.row import ParameterRow
 from nodegraph.editor.session import Session
-from nodegraph.engine import Engine
-from nodegraph.errors import UnknownProcessor
-from nodegraph.network import Network
+from tests.editor.parameters.networks import finder, panel_of, session_with
 
 
 class Values(Processor):
@@ -92,42 +90,18 @@ class Everything(Processor):
         return d.Image(np.zeros((2, 2, 4), "f4"))
 
 
-PROCESSORS = {cls.id: cls for cls in (Values, Number, Everything)}
-
-
-def find(id: str) -> type[Processor]:
-    if id == "output.view":
-        from nodegraph import registry
-
-        return registry.find(id)
-    if id not in PROCESSORS:
-        raise UnknownProcessor(id, PROCESSORS)
-    return PROCESSORS[id]
+find = finder(Values, Number, Everything)
 
 
 @pytest.fixture
 def session(qapp: QApplication) -> Iterator[Session]:
-    network = Network(find)
-    network.add("values", "cube")
-    network.add("number", "number")
-    network.add("everything", "all")
-    network.add("everything", "other")
-    network.connect("cube.volume", "all.volume")
-    network.history.clear()
-    made = Session(network, Engine(disk=False, workers=1))
-    yield made
-    made.close()
+    yield from session_with(find, cube="values", number="number", all="everything", other="everything")
 
 
 @pytest.fixture
 def panel(session: Session, qtbot: Any) -> ParameterPanel:
     """The panel with the node of every kind."""
-    shown = ParameterPanel(session)
-    qtbot.addWidget(shown)
-    shown.resize(380, 900)
-    shown.show()
-    session.select("all")
-    return shown
+    return panel_of(session, qtbot, 900)
 
 
 @pytest.fixture

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QFontMetricsF, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtCore import QPointF, Signal
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QWidget
 
 from nodegraph.data import TransferFunction
+from nodegraph.editor.parameters.function_board import FunctionBoard
 from nodegraph.editor.parameters.transfer_function import grips, keys
 from nodegraph.editor.parameters.transfer_function.bells import Shape
 from nodegraph.editor.parameters.transfer_function.grips import Grip
@@ -17,24 +18,16 @@ from nodegraph.editor.parameters.transfer_function.histogram import Histogram
 from nodegraph.editor.parameters.transfer_function.plot import Plot
 
 
-class Board(QWidget):
+class Board(FunctionBoard):
     """Shows a shape over a histogram. ``chosen()`` says that other keys or bells are chosen."""
 
     chosen = Signal()
+    plot: Plot
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+        super().__init__("Transfer function", 216, parent)
         self.plot = Plot()
-        self.readout = ""
-        self._aside = False  # whether that is told at the left, away from the mouse
-        self.setMouseTracking(True)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumHeight(216)
-        self.setAccessibleName("Transfer function")
-
-    def sizeHint(self) -> QSize:
-        return QSize(320, 230)
+        self._aside = False  # whether the readout is told at the left, away from the mouse
 
     # -- what is shown ------------------------------------------------------------------------------------------
 
@@ -162,29 +155,13 @@ class Board(QWidget):
 
     # -- drawing ------------------------------------------------------------------------------------------------
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        self.plot.resize(self.width(), self.height())
-
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         self.plot.draw(painter, self.palette(), self.isEnabled())
-        area = self.plot.area
         if self.readout:
-            chip = QFontMetricsF(painter.font()).boundingRect(self.readout).adjusted(-5.0, -2.0, 5.0, 2.0)
-            if self._aside:
-                chip.moveTopLeft(area.topLeft() + QPointF(4.0, 4.0))
-            else:
-                chip.moveTopRight(area.topRight() + QPointF(-4.0, 4.0))
-            back = self.palette().base().color()
-            back.setAlpha(215)
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(back)
-            painter.drawRoundedRect(chip, 4.0, 4.0)
-            painter.setPen(self.palette().text().color())
-            painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, self.readout)
+            self.draw_readout(painter, self._aside)
         elif not self.function.keys:
-            painter.setPen(self.palette().placeholderText().color())
-            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, "Double-click to add a key")
+            self.draw_hint(painter, "Double-click to add a key")
 
     def read(self, point: QPointF, held: Grip | None = None) -> None:
         """Say which value the mouse is at, or value and opacity of what it holds, and what that caught on."""

@@ -10,6 +10,7 @@ from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QMenu, QWidget
 
 from nodegraph.editor.parameters.field import pace, wheel_steps
+from nodegraph.editor.parameters.function_board import ZOOM
 from nodegraph.editor.parameters.transfer_function import grips, keys, snap
 from nodegraph.editor.parameters.transfer_function.axes import height, opacity, opacity_ticks
 from nodegraph.editor.parameters.transfer_function.bells import Shape
@@ -19,7 +20,6 @@ from nodegraph.editor.parameters.transfer_function.snap import Catch
 from nodegraph.errors import ParameterError
 
 GAP = 1.0  #: pixels that neighbouring keys keep while one is dragged, so that no step comes about by chance
-ZOOM = 1.2  #: for each notch of the wheel
 BELL_WIDTH = 1.0 / 16.0  #: of the values that are seen
 BAND = 8.0  #: pixels on either side of the mouse that the views are asked to show
 FACTORS = (0.1, 0.5, 2.0, 10.0)
@@ -33,12 +33,6 @@ class Canvas(Board):
     are to show which parts have these values, None: nothing any more. ``refused(text)``: why something was not done.
     """
 
-    edited = Signal(object)
-    stepped = Signal(object)
-    began = Signal()
-    ended = Signal()
-    cancelled = Signal()
-    color_wanted = Signal(QPoint)
     pointed = Signal(object)
     refused = Signal(str)
 
@@ -318,40 +312,30 @@ class Canvas(Board):
 
     # -- the keyboard -------------------------------------------------------------------------------------------
 
+    def keys(self) -> dict[Qt.Key, Callable[[], object]]:
+        return super().keys() | {Qt.Key.Key_B: self.add_bell}
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
         key, control = Qt.Key(event.key()), bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
-        sideways = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(key, 0)
-        upwards = {Qt.Key.Key_Down: -1, Qt.Key.Key_Up: 1}.get(key, 0)
-        plain: dict[Qt.Key, Callable[[], None]] = {
-            Qt.Key.Key_Delete: self.delete,
-            Qt.Key.Key_Backspace: self.delete,
-            Qt.Key.Key_PageDown: partial(self.step_choice, 1),
-            Qt.Key.Key_PageUp: partial(self.step_choice, -1),
-            Qt.Key.Key_Home: self.fit,
-            Qt.Key.Key_Plus: partial(self.zoom, ZOOM),
-            Qt.Key.Key_Minus: partial(self.zoom, 1.0 / ZOOM),
-            Qt.Key.Key_B: self.add_bell,
-            Qt.Key.Key_C: self.ask_color,
-        }
-        if key == Qt.Key.Key_Escape and self._move is not None:
-            self._let_go()
-            self.cancelled.emit()
-        elif key == Qt.Key.Key_Space:
+        if key == Qt.Key.Key_Space:
             self._space = True
             self._point()
         elif key == Qt.Key.Key_A and control:
             self.choose_all()
-        elif (sideways or upwards) and self.plot.chosen:
-            self._nudge(sideways, upwards, pace(event.modifiers()))
-        elif sideways:
-            self.step_choice(sideways)
-        elif key in plain and not control:
-            plain[key]()
         else:
             super().keyPressEvent(event)
 
-    def _nudge(self, sideways: int, upwards: int, size: float) -> None:
-        """Move what is chosen by a pixel, or by a hundredth of the axis upwards, times a size."""
+    def let_go(self) -> bool:
+        held = self._move is not None
+        self._let_go()
+        return held
+
+    def has_choice(self) -> bool:
+        return bool(self.plot.chosen)
+
+    def nudge(self, sideways: int, upwards: int, modifiers: Qt.KeyboardModifier) -> None:
+        """Move what is chosen by a pixel, or by a hundredth of the axis upwards, at the pace of the modifiers."""
+        size = pace(modifiers)
         held = min(self.plot.chosen)
         value, up = grips.position(self.shape, held)
         pixel, width = self.plot.axis.span / max(1.0, self.plot.area.width()), self.plot.area.width()

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton, QVBoxLayout
 
 from nodegraph.data import TransferFunction
 from nodegraph.editor.instead import decided_with
-from nodegraph.editor.parameters.color import ColorPicker
+from nodegraph.editor.parameters.color import ColorPicker, open_picker
 from nodegraph.editor.parameters.field import Field, is_shortcut
 from nodegraph.editor.parameters.look import caption
 from nodegraph.editor.parameters.numbers import NumberEntry, stepped
@@ -287,19 +287,10 @@ class TransferFunctionField(Field):
         self._painted = frozenset([grip]) if grip is not None else self.canvas.plot.chosen
         if not self._painted:
             return
-        self.picker = ColorPicker(grips.color(self.canvas.shape, min(self._painted)), self)
-        self.picker.picked.connect(self._put_color)
-        self.picker.pressed.connect(self.began)
-        self.picker.released.connect(self.ended)
-        self.picker.destroyed.connect(self._forget_picker)
-        self.picker.adjustSize()
-        self.picker.show_at(at)
+        open_picker(self, grips.color(self.canvas.shape, min(self._painted)), self._put_color).show_at(at)
 
     def _forget_list(self) -> None:
         self.list = None
-
-    def _forget_picker(self) -> None:
-        self.picker = None
 
     def _put_color(self, color: Any) -> None:
         painted = grips.there(self.canvas.shape, self._painted)

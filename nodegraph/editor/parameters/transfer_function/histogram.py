@@ -19,6 +19,7 @@ from nodegraph.data import Volume
 from nodegraph.data.volume import SLAB_BYTES
 from nodegraph.errors import GraphError
 from nodegraph.flat import Source
+from nodegraph.offers import in_patches
 from nodegraph.params import Box
 from nodegraph.subjects import upstream
 
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from nodegraph.flat import Flat
 
 BINS = 512
-PATCHES = 0.3
-"""Of labels, at most that part of the voxels differs from the one to its left: they lie in patches."""
 KEPT = 8  #: histograms of one volume and its parts
 Crop = tuple[tuple[float, ...], tuple[float, ...]]
 """The low and the high corner of a part of a volume, as fractions of its x, y and z."""
@@ -86,7 +85,7 @@ def count(volume: Volume, crop: Crop | None = None, bins: int = BINS) -> Histogr
     ids: Mapping[int, int] = {}
     if crop is not None and whole:
         ids = count(given).ids
-    elif whole and edges[1] - edges[0] == bins and (scale, offset) == (1.0, 0.0) and edged <= PATCHES * there:
+    elif whole and edges[1] - edges[0] == bins and (scale, offset) == (1.0, 0.0) and in_patches(edged, there):
         ids = {round(edges[0] + 0.5) + int(place): int(counts[place]) for place in np.flatnonzero(counts)}
     return Histogram(counts[::-1] if scale < 0 else counts, min(ends), max(ends), unit, ids)
 

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 
 from nodegraph.commands import Set, SetUI
 from nodegraph.data import TransferFunction
-from nodegraph.editor.parameters.color import ColorPicker, to_qcolor
+from nodegraph.editor.parameters.color import ColorPicker, open_picker, to_qcolor
 from nodegraph.editor.parameters.look import ROW_HEIGHT, caption, icon, ink
 from nodegraph.editor.parameters.numbers import short, typed
 from nodegraph.editor.parameters.transfer_function import labels
@@ -247,17 +247,9 @@ class LabelTable(QWidget):
     def pick_color(self, row: int) -> None:
         """Open the colour picker for a label, and for the other chosen rows with it."""
         rows = self._rows() | {row} if row in self._rows() else {row}
-        self.picker = ColorPicker(self.labels[row].color, self)
-        self.picker.picked.connect(lambda color: self._change(rows, color=color))
-        self.picker.pressed.connect(self.began)
-        self.picker.released.connect(self.ended)
-        self.picker.destroyed.connect(self._forget_picker)
-        self.picker.adjustSize()
+        picker = open_picker(self, self.labels[row].color, lambda color: self._change(rows, color=color))
         area = self.table.visualRect(self.table.model().index(row, COLOR))
-        self.picker.show_at(self.table.viewport().mapToGlobal(area.bottomLeft() + QPoint(0, 2)))
-
-    def _forget_picker(self) -> None:
-        self.picker = None
+        picker.show_at(self.table.viewport().mapToGlobal(area.bottomLeft() + QPoint(0, 2)))
 
     def _change(self, rows: Iterable[int], **values: Any) -> None:
         chosen = set(rows)

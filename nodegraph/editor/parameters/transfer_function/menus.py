@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu, QWidget
 
+from nodegraph.editor.parameters.function_board import ZOOM
 from nodegraph.editor.parameters.transfer_function.axes import SCALES
-from nodegraph.editor.parameters.transfer_function.canvas import ZOOM
 
 if TYPE_CHECKING:
     from nodegraph.editor.parameters.transfer_function.field import TransferFunctionField

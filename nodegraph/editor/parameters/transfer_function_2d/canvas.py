@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QMenu, QSizePolicy, QWidget
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
+from PySide6.QtGui import QContextMenuEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
+from PySide6.QtWidgets import QMenu, QWidget
 
 from nodegraph.data import Gaussian, TransferFunction2D, Trapezoid
 from nodegraph.data.transfer_function_2d import Area
 from nodegraph.editor.parameters.field import pace, wheel_steps
+from nodegraph.editor.parameters.function_board import ZOOM, FunctionBoard
 from nodegraph.editor.parameters.transfer_function_2d import areas
 from nodegraph.editor.parameters.transfer_function_2d.joint import JointHistogram
 from nodegraph.editor.parameters.transfer_function_2d.plot import Plot
 
 LEAST = 3.0  #: pixels that an area keeps while it is made smaller
-ZOOM = 1.2  #: for each notch of the wheel
 COLORS = ((0.9, 0.35, 0.1), (0.1, 0.45, 0.8), (0.85, 0.7, 0.4), (0.2, 0.6, 0.2), (0.6, 0.2, 0.6))  #: of new areas
 OPACITY, SOFTNESS = 0.3, 0.4  #: of new areas
 _CURSORS = {
@@ -27,7 +26,7 @@ _CURSORS = {
 }  # fmt: skip
 
 
-class Canvas(QWidget):
+class Canvas(FunctionBoard):
     """Areas are dragged, and reshaped by their handles; a double click beside them adds one; the wheel zooms.
 
     ``edited(function)`` is what the user wants; ``began``, ``ended``, ``cancelled`` enclose a drag; ``stepped`` is one
@@ -35,28 +34,14 @@ class Canvas(QWidget):
     selected area was double-clicked.
     """
 
-    edited = Signal(object)
-    stepped = Signal(object)
-    began = Signal()
-    ended = Signal()
-    cancelled = Signal()
     chosen = Signal(object)
-    color_wanted = Signal(QPoint)
+    plot: Plot
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+        super().__init__("Transfer function over value and gradient magnitude", 210, parent)
         self.plot = Plot()
         self._held: tuple[str, Area, areas.Point] | None = None  # handle, the area as it was, where
         self._pan: QPointF | None = None
-        self._readout = ""
-        self.setMouseTracking(True)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumHeight(210)
-        self.setAccessibleName("Transfer function over value and gradient magnitude")
-
-    def sizeHint(self) -> QSize:
-        return QSize(320, 240)
 
     # -- what is shown ------------------------------------------------------------------------------------------
 
@@ -109,20 +94,13 @@ class Canvas(QWidget):
         self.plot.gradients.show(0.0, 1.06 * max(gradients))
         self.update()
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        self.plot.resize(self.width(), self.height())
-
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         self.plot.draw(painter, self.palette(), self.isEnabled())
-        area = self.plot.area
-        if self._readout:
-            painter.setPen(self.palette().text().color())
-            corner = area.adjusted(6, 3, -6, 0)
-            painter.drawText(corner, Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignRight, self._readout)
+        if self.readout:
+            self.draw_readout(painter)
         elif not self.function.areas:
-            painter.setPen(self.palette().placeholderText().color())
-            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, "Double-click to add a rectangle")
+            self.draw_hint(painter, "Double-click to add a rectangle")
 
     # -- the mouse ----------------------------------------------------------------------------------------------
 
@@ -213,7 +191,7 @@ class Canvas(QWidget):
         event.accept()
 
     def leaveEvent(self, event: QEvent) -> None:
-        self._readout = ""
+        self.readout = ""
         self.plot.hovered = None
         self.update()
 
@@ -239,12 +217,12 @@ class Canvas(QWidget):
     def _read(self, at: QPointF) -> None:
         """Say which value and magnitude the mouse is at."""
         if not self.plot.area.contains(at):
-            self._readout = ""
+            self.readout = ""
             return
         value, gradient = self.plot.rounded(self.plot.point(at))
         histogram = self.plot.histogram
         unit = f" {histogram.unit}" if histogram is not None and histogram.unit else ""
-        self._readout = f"{value:.6g}{unit}, {gradient:.6g}{unit}/mm" if unit else f"{value:.6g}, {gradient:.6g}/mm"
+        self.readout = f"{value:.6g}{unit}, {gradient:.6g}{unit}/mm" if unit else f"{value:.6g}, {gradient:.6g}/mm"
 
     # -- areas --------------------------------------------------------------------------------------------------
 
@@ -290,33 +268,15 @@ class Canvas(QWidget):
 
     # -- the keyboard -------------------------------------------------------------------------------------------
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        key, control = Qt.Key(event.key()), bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
-        sideways = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(key, 0)
-        upwards = {Qt.Key.Key_Down: -1, Qt.Key.Key_Up: 1}.get(key, 0)
-        plain: dict[Qt.Key, Callable[[], None]] = {
-            Qt.Key.Key_Delete: self.delete,
-            Qt.Key.Key_Backspace: self.delete,
-            Qt.Key.Key_PageDown: partial(self.step_choice, 1),
-            Qt.Key.Key_PageUp: partial(self.step_choice, -1),
-            Qt.Key.Key_Home: self.fit,
-            Qt.Key.Key_Plus: partial(self.zoom, ZOOM),
-            Qt.Key.Key_Minus: partial(self.zoom, 1.0 / ZOOM),
-            Qt.Key.Key_R: self.add_rectangle,
-            Qt.Key.Key_G: self.add_gaussian,
-            Qt.Key.Key_C: self.ask_color,
-        }
-        if key == Qt.Key.Key_Escape and self._held is not None:
-            self._held = None
-            self.cancelled.emit()
-        elif (sideways or upwards) and self.selected is not None:
-            self._nudge(self.selected, sideways, upwards, event.modifiers())
-        elif sideways:
-            self.step_choice(sideways)
-        elif key in plain and not control:
-            plain[key]()
-        else:
-            super().keyPressEvent(event)
+    def keys(self) -> dict[Qt.Key, Callable[[], object]]:
+        return super().keys() | {Qt.Key.Key_R: self.add_rectangle, Qt.Key.Key_G: self.add_gaussian}
+
+    def let_go(self) -> bool:
+        held, self._held = self._held is not None, None
+        return held
+
+    def has_choice(self) -> bool:
+        return self.selected is not None
 
     def step_choice(self, by: int) -> None:
         """Select the next area or the one before; from none, the first or the last."""
@@ -337,8 +297,11 @@ class Canvas(QWidget):
         self.plot.gradients.show(self.plot.gradients.low, self.plot.gradients.low + self.plot.gradients.span / factor)
         self.update()
 
-    def _nudge(self, place: int, sideways: int, upwards: int, modifiers: Qt.KeyboardModifier) -> None:
+    def nudge(self, sideways: int, upwards: int, modifiers: Qt.KeyboardModifier) -> None:
         """Move the selected area by a pixel; with Alt its right or upper side."""
+        place = self.selected
+        if place is None:
+            return
         area, (wide, high) = self.function.areas[place], self.plot.pixel()
         size = pace(modifiers)
         across, along = sideways * wide * size, upwards * high * size

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from nodegraph.data import Gaussian, TransferFunction2D, Trapezoid
 from nodegraph.data.transfer_function_2d import Area
-from nodegraph.editor.parameters.color import ColorPicker, Swatch, to_qcolor
+from nodegraph.editor.parameters.color import ColorPicker, Swatch, open_picker, to_qcolor
 from nodegraph.editor.parameters.field import Field, is_shortcut
 from nodegraph.editor.parameters.look import GAP, caption
 from nodegraph.editor.parameters.numbers import NumberEntry, stepped
@@ -204,16 +204,10 @@ class TransferFunction2DField(Field):
         area = self.canvas.area
         if area is None:
             return
-        self.picker = ColorPicker(area.color, self)
-        self.picker.picked.connect(lambda color: self._offer(lambda value: self._with("color", value), color, False))
-        self.picker.pressed.connect(self.began)
-        self.picker.released.connect(self.ended)
-        self.picker.destroyed.connect(self._forget_picker)
-        self.picker.adjustSize()
-        self.picker.show_at(at)
+        open_picker(self, area.color, self._put_color).show_at(at)
 
-    def _forget_picker(self) -> None:
-        self.picker = None
+    def _put_color(self, color: Any) -> None:
+        self._offer(lambda value: self._with("color", value), color, False)
 
     def _with(self, name: str, value: Any) -> TransferFunction2D | None:
         """The function with something of the selected area changed."""

@@ -17,9 +17,7 @@ from nodegraph import Choice, Input, Output, Processor, params
 from nodegraph import data as d
 from nodegraph.editor.parameters import ParameterPanel
 from nodegraph.editor.session import Session
-from nodegraph.engine import Engine
-from nodegraph.errors import UnknownProcessor
-from nodegraph.network import Network
+from tests.editor.parameters.networks import finder, panel_of, session_with
 
 RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -65,37 +63,18 @@ class Shading(Processor):
         return d.Image(np.broadcast_to(np.append(row[:3], 1.0).astype("f4"), (size[1], size[0], 4)).copy())
 
 
-PROCESSORS = {cls.id: cls for cls in (Values, Cropped, Shading)}
-
-
-def find(id: str) -> type[Processor]:
-    if id not in PROCESSORS:
-        raise UnknownProcessor(id, PROCESSORS)
-    return PROCESSORS[id]
+find = finder(Values, Cropped, Shading)
 
 
 @pytest.fixture
 def session(qapp: QApplication) -> Iterator[Session]:
-    network = Network(find)
-    network.add("values", "cube")
-    network.add("shading", "all")
-    network.add("shading", "other")
-    network.connect("cube.volume", "all.volume")
-    network.history.clear()
-    made = Session(network, Engine(disk=False, workers=1))
-    yield made
-    made.close()
+    yield from session_with(find, cube="values", all="shading", other="shading")
 
 
 @pytest.fixture
 def panel(session: Session, qtbot: Any) -> ParameterPanel:
     """The panel with the first node."""
-    shown = ParameterPanel(session)
-    qtbot.addWidget(shown)
-    shown.resize(380, 600)
-    shown.show()
-    session.select("all")
-    return shown
+    return panel_of(session, qtbot, 600)
 
 
 @pytest.fixture
