@@ -64,6 +64,7 @@ class TransferFunctionField(Field):
         self._arrange()
         self._connect()
         self.show_value(self.function)
+        self._fitted = False  # what the document has is to be seen whole, before anything is known of the data
 
     @property
     def value(self) -> NumberEntry:

@@ -68,6 +68,7 @@ class TransferFunction2DField(Field):
             self.source = HistogramOf(place.session, place.path, self, count)
             self.source.found.connect(self._show_histogram)
         self.show_value(self.function)
+        self._fitted = False  # what the document has is to be seen whole, before anything is known of the data
 
     def _arrange(self) -> None:
         self.rectangle = button("rectangle", "Add a rectangle (R, or double-click)")

@@ -14,7 +14,9 @@ from PySide6.QtWidgets import QApplication
 from nodegraph import plugins
 from nodegraph.data import TransferFunction, Volume
 from nodegraph.editor.parameters import preset_files
+from nodegraph.editor.parameters.place import Place
 from nodegraph.editor.parameters.transfer_function import axes, histogram, keys, presets
+from nodegraph.editor.parameters.transfer_function.field import TransferFunctionField
 
 LEFT = Qt.MouseButton.LeftButton
 RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -301,3 +303,13 @@ def test_an_empty_function_can_be_begun(field: Any, session: Any, qtbot: Any, at
     assert not field.grab().isNull()
     qtbot.mouseDClick(canvas, LEFT, pos=at(100.0, 0.5))
     assert table().keys[0].color == (1.0, 1.0, 1.0)
+
+
+def test_keys_are_seen_whole_before_anything_is_known_of_the_data(session: Any, qtbot: Any) -> None:
+    shown = TransferFunctionField(Place(session, "all", "table").declared)
+    qtbot.addWidget(shown)
+    shown.show_value(TransferFunction([(-300.0, (1, 1, 1), 0.0), (1200.0, (1, 1, 1), 0.5)]))
+    axis = shown.canvas.plot.axis
+    assert shown.canvas.plot.histogram is None
+    assert axis.low < -300.0
+    assert 1200.0 < axis.high < 2000.0
