@@ -8,21 +8,66 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nodegraph.compute import blockwise
+from nodegraph.compute.storage import field_bytes
 from nodegraph.data.bricks import Flags
 from nodegraph.data.camera import Camera
 from nodegraph.data.gradients import beforehand, index_gradient
 from nodegraph.data.image import Image
 from nodegraph.data.light import Light
+from nodegraph.data.quantisation import bound, narrowest, stored
 from nodegraph.data.volume import Volume
 from nodegraph.errors import PortError
 
 ENLARGE = "render/enlarge"
+
+
+class Narrowed(NamedTuple):
+    """A volume in fewer bits, and how far off its values are, in its unit."""
+
+    volume: Volume
+    error: float
+
+
+def narrowed(volume: Volume, max_error: float, api: str) -> Narrowed | None:
+    """The volume in what takes the fewest bytes on a device and keeps ``max_error``; None where nothing takes fewer."""
+    count = math.prod(volume.dims)
+    storage = narrowest(volume, max_error, lambda name: field_bytes(count, np.dtype(name), api))
+    return None if storage is None else Narrowed(stored(volume, storage), bound(volume, storage))
+
+
+def within(
+    value_error: float, volume: Volume, device: Any, memo: Callable[..., Any], explain: Callable[[str], None]
+) -> Volume:
+    """The volume to bind where values may be off by a share of its range; 0: as it is.
+
+    Everything else that a ray-caster makes of a volume has to be made of this one: bricks, gradients, levels.
+    """
+    if value_error == 0.0:
+        return volume
+    if blockwise.is_needed(volume, device):
+        explain("voxels are bound as they are: blocks know no value_error")
+        return volume
+    low, high = volume.range
+    max_error = value_error * (high - low)
+    allowed = f"{max_error:.3g} {volume.mapping.unit}".rstrip()
+    found = memo(narrowed, volume, max_error, device.name)
+    if found is None:
+        explain(f"voxels are bound as {volume.dtype}: nothing that takes less keeps values within {allowed}")
+        return volume
+    types = (found.volume.dtype, volume.dtype)
+    bytes_of = [field_bytes(math.prod(volume.dims), dtype, device.name) / 2**20 for dtype in types]
+    explain(
+        f"voxels are bound as {types[0]}, {bytes_of[0]:.3g} MiB instead of {bytes_of[1]:.3g}: values are off by at "
+        f"most {found.error:.3g} of {allowed} allowed"
+    )
+    narrow: Volume = found.volume
+    return narrow
 
 
 class Casting:

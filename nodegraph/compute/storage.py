@@ -184,6 +184,12 @@ def item_bytes(dtype: np.dtype[Any], api: str) -> int:
     return 8 if api == "cl64" and dtype.itemsize == 8 else 4
 
 
+def field_bytes(count: int, dtype: np.dtype[Any], api: str) -> int:
+    """Bytes of a scalar volume of ``count`` voxels of this type on a device."""
+    widened = api == "gl" and dtype.kind in "iu" and dtype.itemsize == 1 and 2 * count <= WIDE_BYTES
+    return count * (2 if widened else item_bytes(dtype, api))
+
+
 def share_range(part: Buffer, low: float, high: float) -> None:
     """Let a part of a volume be stored as the whole, whose least and greatest stored numbers these are."""
     _ranges[part] = (low, high)

@@ -6,7 +6,7 @@ import numpy as np
 
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.compute import blockwise
-from nodegraph.compute.casting import ENLARGE, Casting
+from nodegraph.compute.casting import ENLARGE, Casting, within
 from nodegraph.data import Image, Volume, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
@@ -117,6 +117,12 @@ class Raycast(Processor):
         "share in depth, those between are interpolated. It bounds the error where nothing seen is narrower than four "
         "pixels: that may pass between them. 0 casts all.",
     )  # fmt: skip
+    value_error = Float(
+        0.0, min=0.0, max=1.0, soft_max=0.01, quality="lower", reference=0.0,
+        doc="What values may be off by, as a share of the volume's range. Voxels are bound in the narrowest type that "
+        "keeps it: 8 bits from 1/510 on, 16 from 1/131070, half floats from 1/8192 where some are not finite. Light "
+        "follows the slopes of what is bound. 0 binds them as they are.",
+    )  # fmt: skip
     skip = Bool(True, doc="Leave out what cannot be seen, by bricks of 4 voxels. It changes nothing but the time.")
     gradients = Choice(
         "automatic", "on_the_fly", "precomputed", visible_if={"lit": True, "mode": SURFACES},
@@ -151,8 +157,8 @@ class Raycast(Processor):
 
     def process(
         self, volume, gradient, interval, mode, camera, transfer_function, integrator, step, order, tolerance,
-        table_size, pair_table_size, termination, pixel_tolerance, skip, gradients, depth_opacity, hit_extinction,
-        iso_value, iso_color, lit, light, ambient, diffuse, specular, shininess,
+        table_size, pair_table_size, termination, pixel_tolerance, value_error, skip, gradients, depth_opacity,
+        hit_extinction, iso_value, iso_color, lit, light, ambient, diffuse, specular, shininess,
         *, size, quality, device, memo, explain,
         progress,
     ):  # fmt: skip
@@ -162,6 +168,7 @@ class Raycast(Processor):
             exact = mode == "composite" and integrator == "cellwise"
             size, longer = coarser(whole, None if exact else step, coarseness(quality))
             step = longer or step
+        volume = within(value_error, volume, device, memo, explain)
         frame = Casting(device, volume, camera, size, step, interval, gradient)
         level, bindings, defines = frame.level, frame.bindings, frame.defines
         lit = lit and mode in SURFACES

@@ -2,7 +2,7 @@
 
 from nodegraph import Bool, Camera, Choice, Float, Input, Int, Light, Output, Processor, TransferFunction2D, data
 from nodegraph.compute import blockwise
-from nodegraph.compute.casting import ENLARGE, Casting
+from nodegraph.compute.casting import ENLARGE, Casting, within
 from nodegraph.data import Image, Volume, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
@@ -64,6 +64,12 @@ class Raycast2D(Processor):
         0.999, min=0.5, max=1.0, quality="higher", reference=1.0,
         doc="A ray ends when it has hidden this much; the error is at most 1 - termination. 1 casts all of it.",
     )  # fmt: skip
+    value_error = Float(
+        0.0, min=0.0, max=1.0, soft_max=0.01, quality="lower", reference=0.0,
+        doc="What values may be off by, as a share of the volume's range. Voxels are bound in the narrowest type that "
+        "keeps it: 8 bits from 1/510 on, 16 from 1/131070, half floats from 1/8192 where some are not finite. Light "
+        "follows the slopes of what is bound. 0 binds them as they are.",
+    )  # fmt: skip
     skip = Bool(
         True, doc="Leave out bricks of 4 voxels whose values are seen at no magnitude. It changes nothing but the time."
     )
@@ -86,14 +92,15 @@ class Raycast2D(Processor):
         return {} if small == size else {"interval": Request(small, "final")}
 
     def process(
-        self, volume, gradient, interval, camera, transfer_function, integrator, step, table_size, termination, skip,
-        gradients, depth_opacity, lit, light, ambient, diffuse, specular, shininess,
+        self, volume, gradient, interval, camera, transfer_function, integrator, step, table_size, termination,
+        value_error, skip, gradients, depth_opacity, lit, light, ambient, diffuse, specular, shininess,
         *, size, quality, device, memo, explain, progress,
     ):  # fmt: skip
         whole = size
         if interval is None or interval.size != whole:
             # An interval of the whole size, as a script may bring it, leaves no choice.
             size, step = coarser(whole, step, coarseness(quality))
+        volume = within(value_error, volume, device, memo, explain)
         frame = Casting(device, volume, camera, size, step, interval, gradient)
         bindings, defines = frame.bindings, frame.defines
         bindings |= {

@@ -14,6 +14,7 @@ def call(
     *,
     quality: str = "final",
     memo: Any = None,
+    explain: Any = None,
     **values: Any,
 ) -> Any:
     """Run ``process`` with the declared defaults for what is not given; ``wanted`` is everything."""
@@ -27,6 +28,6 @@ def call(
     services["progress"] = lambda fraction, text="": None
     services["memo"] = memo or (lambda function, *args, disk=False: function(*args))
     services["workspace"] = lambda path: ""
-    services["explain"] = lambda text: None
+    services["explain"] = explain or (lambda text: None)
     arguments |= {name: value for name, value in services.items() if name in cls.services}
     return cls().process(**arguments)

@@ -131,7 +131,7 @@ def test_measure_and_tune_see_what_is_approximated():
     knobs = {knob.place: knob.parameter for knob in quality_parameters(network, "view")}
     expected = {
         "reduce.halvings": (0,), "quantize.max_error": (0.0,), "raycast.pixel_tolerance": (0.0,),
-        "raycast.termination": (1.0,),
+        "raycast.termination": (1.0,), "raycast.value_error": (0.0,),
     }  # fmt: skip
     assert {place: knobs[place].reference for place in expected} == expected
     assert {"quantize.storage", "raycast.table_size"} <= set(knobs)
