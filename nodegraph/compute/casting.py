@@ -205,6 +205,14 @@ class Casting:
 
     def picture(self, result: Any, whole: tuple[int, int]) -> Image:
         """What was cast, at the size that was asked for."""
-        if self.size != whole:
-            result = self.device.run(ENLARGE, whole, color=result.color, depth=result.depth, full=whole)
-        return Image(result.color, result.depth)
+        return enlarged(Image(result.color, result.depth), whole, self.device)
+
+
+def enlarged(image: Image, whole: tuple[int, int], device: Any) -> Image:
+    """A smaller picture of the same view, as `requests.coarser` has it, brought to the size that was asked for."""
+    if image.size == whole:
+        return image
+    has_depth = image.depth_buffer is not None
+    given = {"depth": image.depth_buffer} if has_depth else {}
+    result = device.run(ENLARGE, whole, defines={"DEPTH": has_depth}, color=image.color_buffer, full=whole, **given)
+    return Image(result.color, result.depth if has_depth else None)

@@ -3,10 +3,13 @@
 import numpy as np
 
 from nodegraph import Choice, Float, Input, Interval, Output, Plane, Processor, TransferFunction, data
+from nodegraph.compute.casting import ENLARGE, enlarged
 from nodegraph.data import Image, Volume
 from nodegraph.data.space import transform_points
 from nodegraph.ports import has_components
+from nodegraph.requests import coarseness, coarser
 
+KERNEL = "render/slice"
 TABLE_SIZE = 2048
 
 
@@ -17,6 +20,8 @@ class Slice(Processor):
     its -y (towards the front of the patient). Outside the volume the picture is transparent.
     Source: Rezk-Salama 2001, R18 (trilinear mode); Orhun 2004, OR-10.
     """
+
+    kernels = (KERNEL, ENLARGE)
 
     volume = Input(Volume, doc="Scalar field.", accepts=[has_components(1)])
     image = Output(Image, doc="Linear premultiplied RGBA.")
@@ -34,13 +39,17 @@ class Slice(Processor):
         doc="Colour and extinction by value; the slice is as thick as the reference length.",
     )
 
-    def process(self, volume, plane, height, interpolation, coloring, window, transfer_function, *, size, device):
+    def process(
+        self, volume, plane, height, interpolation, coloring, window, transfer_function, *, size, quality, device
+    ):
         right, up = plane.axes
         origin = np.asarray(plane.origin)
         if height == 0.0:
             offsets = volume.corners - origin
             tall, wide = 2 * np.abs(offsets @ up).max(), 2 * np.abs(offsets @ right).max()
             height = max(tall, wide * size[1] / size[0])
+        whole = size
+        size, _ = coarser(whole, None, coarseness(quality))
         pixel = height / size[1]
         corner = origin - right * pixel * (size[0] - 1) / 2 + up * pixel * (size[1] - 1) / 2
         linear = volume.world_to_index[:3, :3]
@@ -67,4 +76,4 @@ class Slice(Processor):
             "WINDOW": coloring == "window",
             "FINITE": volume.dtype.kind in "iu",
         }
-        return Image(device.run("render/slice", size, defines=defines, **bindings))
+        return enlarged(Image(device.run(KERNEL, size, defines=defines, **bindings)), whole, device)

@@ -1,10 +1,13 @@
 """Slices of affine fields are affine, on each device."""
 
+import math
+
 import numpy as np
 import pytest
 
 from nodegraph.data import Plane, TransferFunction, Volume
 from nodegraph.data.space import centred, transform_points
+from nodegraph.requests import LEVELS, level
 from tests.support.calls import call
 
 
@@ -88,3 +91,53 @@ def test_a_constant_volume_is_black_in_its_own_range(device, value):
     volume = Volume(np.full((4, 4, 4), value, np.float32))
     image = call("render.slice", device, (5, 5), volume=volume)
     assert np.array_equal(image.color[2, 2], [0.0, 0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("n", LEVELS[:4])
+def test_a_coarser_picture_shows_the_same_plane_in_the_size_that_was_asked_for(device, n):
+    """What is shown is affine, so what is interpolated between fewer pixels of it is exact, but at the edges."""
+    kernels = []
+    volume = ramp()
+    plane = Plane((0.5, 0.25, -0.5), (0.3, -0.5, 0.8))
+    common = {"volume": volume, "plane": plane, "height": 6.0, "window": (-60.0, 80.0)}
+    size = (53, 45)
+    final = call("render.slice", device, size, **common)
+    recorder = Recorder(device, kernels)
+    coarse = call("render.slice", recorder, size, quality=level(n), **common)
+    assert coarse.size == final.size == size
+    assert coarse.color.dtype == final.color.dtype
+    small = kernels[0][1]
+    assert small[0] * small[1] == pytest.approx(size[0] * size[1] / n, rel=0.12)
+    assert kernels[1][1] == size
+    assert np.all(final.color[..., 3] == 1.0)
+    border = math.ceil(0.5 * size[1] / small[1])  # beyond the centres of the outermost pixels that were cast
+    assert np.abs(coarse.color - final.color)[border:-border, border:-border].max() < 3e-5
+
+
+@pytest.mark.parametrize("n", LEVELS[:4])
+def test_a_coarser_picture_covers_the_same_of_a_volume_that_is_shown_whole(device, n):
+    common = {"volume": ramp(), "plane": Plane((0.5, 0.25, -0.5), (0.3, -0.5, 0.8)), "window": (-60.0, 80.0)}
+    final = call("render.slice", device, (53, 45), **common)
+    coarse = call("render.slice", device, (53, 45), quality=level(n), **common)
+    lost = np.abs(coarse.color - final.color).mean()
+    assert 0.0 < lost < 0.012 * math.sqrt(n)
+    assert coarse.color[..., 3].mean() == pytest.approx(final.color[..., 3].mean(), rel=0.03)
+    shifted = [np.roll(coarse.color, by, axis) for axis in (0, 1) for by in (-1, 1)]
+    assert lost < min(np.abs(other - final.color).mean() for other in shifted)
+
+
+def test_final_runs_one_kernel(gl):
+    kernels = []
+    call("render.slice", Recorder(gl, kernels), (9, 7), volume=ramp())
+    assert kernels == [("render/slice", (9, 7))]
+
+
+class Recorder:
+    """A device that tells which kernels run, and over how many pixels."""
+
+    def __init__(self, device, ran):
+        self.device, self.ran = device, ran
+
+    def run(self, kernel, size, **bindings):
+        self.ran.append((kernel, tuple(size)))
+        return self.device.run(kernel, size, **bindings)
