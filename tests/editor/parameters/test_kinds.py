@@ -79,9 +79,9 @@ def test_every_kind_is_covered(session: Any) -> None:
 
 
 @pytest.mark.parametrize("name", GESTURES)
-def test_a_gesture_is_one_command_and_undo_takes_it_back(name: str, row: Any, session: Any, qtbot: Any) -> None:
+def test_a_gesture_is_one_command_and_undo_takes_it_back(name: str, alone: Any, session: Any, qtbot: Any) -> None:
     gesture, expected = GESTURES[name]
-    shown = row(name)
+    shown = alone(name)
     before = session.network.get(f"all.{name}")
     assert shown.field.isEnabled()
     gesture(shown, qtbot)
@@ -104,8 +104,8 @@ def test_a_gesture_is_one_command_and_undo_takes_it_back(name: str, row: Any, se
     assert not shown.label.changed
 
 
-def test_lines_are_handed_on_when_the_focus_leaves(row: Any, session: Any, qtbot: Any) -> None:
-    shown = row("notes")
+def test_lines_are_handed_on_when_the_focus_leaves(alone: Any, session: Any, qtbot: Any) -> None:
+    shown = alone("notes")
     shown.field.entry.setFocus()
     qtbot.keyClicks(shown.field.entry, "a")
     qtbot.keyClick(shown.field.entry, Qt.Key.Key_Return)
@@ -116,8 +116,8 @@ def test_lines_are_handed_on_when_the_focus_leaves(row: Any, session: Any, qtbot
     assert shown.field.entry.toPlainText() == ""
 
 
-def test_a_typed_value_may_lie_beyond_the_slider_but_not_beyond_the_limit(row: Any, session: Any, qtbot: Any) -> None:
-    shown = row("amount")
+def test_a_typed_value_may_lie_beyond_the_slider_but_not_beyond_the_limit(alone: Any, session: Any, qtbot: Any) -> None:
+    shown = alone("amount")
     enter(qtbot, shown.field.entry, "50")
     assert session.network.get("all.amount") == 50.0
     assert shown.field.slider.scale.place(50.0) == 1.0
@@ -134,11 +134,11 @@ def test_a_typed_value_may_lie_beyond_the_slider_but_not_beyond_the_limit(row: A
     assert shown.field.entry.text() == "0.375 mm"
 
 
-def test_the_wheel_steps_only_with_the_focus_and_is_undone_at_once(row: Any, session: Any, qtbot: Any) -> None:
+def test_the_wheel_steps_only_with_the_focus_and_is_undone_at_once(alone: Any, session: Any, qtbot: Any) -> None:
     from PySide6.QtGui import QWheelEvent
     from PySide6.QtWidgets import QApplication
 
-    slider = row("amount").field.slider
+    slider = alone("amount").field.slider
 
     def turn() -> None:
         at = QPointF(slider.width() / 2, slider.height() / 2)
@@ -162,8 +162,8 @@ def test_the_wheel_steps_only_with_the_focus_and_is_undone_at_once(row: Any, ses
     assert session.network.get("all.amount") == 1.0
 
 
-def test_escape_takes_a_drag_back(row: Any, session: Any, qtbot: Any) -> None:
-    slider = row("amount").field.slider
+def test_escape_takes_a_drag_back(alone: Any, session: Any, qtbot: Any) -> None:
+    slider = alone("amount").field.slider
     qtbot.mousePress(slider, LEFT, pos=QPoint(20, 10))
     qtbot.mouseMove(slider, QPoint(60, 10))
     assert session.network.get("all.amount") != 1.0
@@ -173,8 +173,8 @@ def test_escape_takes_a_drag_back(row: Any, session: Any, qtbot: Any) -> None:
     assert not session.history.undo_name
 
 
-def test_both_handles_of_an_interval(row: Any, session: Any, qtbot: Any) -> None:
-    shown = row("interval").field.range
+def test_both_handles_of_an_interval(alone: Any, session: Any, qtbot: Any) -> None:
+    shown = alone("interval").field.range
     middle = shown.height() // 2
     drag(qtbot, shown, QPoint(round(shown._x(20.0)), middle), QPoint(round(shown._x(60.0)), middle))
     low, high = session.network.get("all.interval")
@@ -187,8 +187,8 @@ def test_both_handles_of_an_interval(row: Any, session: Any, qtbot: Any) -> None
     assert moved[1] - moved[0] == pytest.approx(high - low, abs=0.2)
 
 
-def test_the_colour_picker_is_one_step_per_drag(row: Any, session: Any, qtbot: Any) -> None:
-    field = row("color").field
+def test_the_colour_picker_is_one_step_per_drag(alone: Any, session: Any, qtbot: Any) -> None:
+    field = alone("color").field
     assert isinstance(field, ColorField)
     qtbot.mouseClick(field.swatch, LEFT)
     square = field.picker.square
@@ -200,8 +200,8 @@ def test_the_colour_picker_is_one_step_per_drag(row: Any, session: Any, qtbot: A
     field.picker.close()
 
 
-def test_a_file_beside_the_workspace_is_stored_relative(row: Any, session: Any, tmp_path: Path) -> None:
-    shown = row("path")
+def test_a_file_beside_the_workspace_is_stored_relative(alone: Any, session: Any, tmp_path: Path) -> None:
+    shown = alone("path")
     session.save(tmp_path / "net.json")
     (tmp_path / "ct.nii").write_bytes(b"")
     shown.field._chosen(str(tmp_path / "ct.nii"))

@@ -62,15 +62,15 @@ def test_visible_if_is_obeyed_live(panel: Any, session: Any) -> None:
     assert not section.rows["only_two"].isVisibleTo(section)
 
 
-def test_the_doc_is_the_tooltip(row: Any) -> None:
-    shown = row("amount")
+def test_the_doc_is_the_tooltip(alone: Any) -> None:
+    shown = alone("amount")
     assert "A number with a soft range." in shown.label.toolTip()
     assert "Default: 1.0 mm" in shown.label.toolTip()
     assert "A number with a soft range." in shown.field.toolTip()
 
 
-def test_the_menu_resets(row: Any, session: Any) -> None:
-    shown = row("amount")
+def test_the_menu_resets(alone: Any, session: Any) -> None:
+    shown = alone("amount")
     assert not action(shown.menu(), "Reset").isEnabled()
     session.network.set("all.amount", 2.0)
     action(shown.menu(), "Reset").trigger()
@@ -78,10 +78,10 @@ def test_the_menu_resets(row: Any, session: Any) -> None:
 
 
 @pytest.mark.parametrize("name", ["amount", "on", "mode", "title", "color", "camera", "table", "box"])
-def test_copy_and_paste(name: str, row: Any, session: Any) -> None:
+def test_copy_and_paste(name: str, alone: Any, session: Any) -> None:
     from nodegraph.testing.samples import another
 
-    shown = row(name)
+    shown = alone(name)
     declared = shown.declared
     value = declared.check(another(declared), name)
     session.network.set(f"other.{name}", value)
@@ -92,28 +92,28 @@ def test_copy_and_paste(name: str, row: Any, session: Any) -> None:
     assert QGuiApplication.clipboard().text() == Place(session, "other", name).text()
 
 
-def test_what_cannot_be_pasted_is_said(row: Any, session: Any) -> None:
-    shown = row("amount")
+def test_what_cannot_be_pasted_is_said(alone: Any, session: Any) -> None:
+    shown = alone("amount")
     QGuiApplication.clipboard().setText("[1, 2]")
     action(shown.menu(), "Paste").trigger()
     assert session.network.get("all.amount") == 1.0
     assert "expected a number" in shown.error.text()
 
 
-def test_link_to_a_variable_and_unlink(row: Any, session: Any) -> None:
-    network, shown = session.network, row("amount")
+def test_link_to_a_variable_and_unlink(alone: Any, session: Any) -> None:
+    network, shown = session.network, alone("amount")
     action(shown.menu(), "New variable").trigger()
     assert network.node("all").links == {"amount": "amount"}
     assert shown.tied.text() == "follows the variable amount"
     assert shown.field.isEnabled(), "a plain variable is set by whoever follows it"
     shown.place.set(4.0)
     assert network.get("amount") == 4.0
-    other = row("free")
+    other = alone("free")
     names = [one.text() for one in action_menu(other.menu(), "Link to").actions()]
     assert names == ["amount", "", "New variable “free”"]
     action(other.menu(), "amount").trigger()
     assert network.get("all.free") == 4.0
-    assert "amount" not in [one.text() for one in action_menu(row("title").menu(), "Link to").actions()]
+    assert "amount" not in [one.text() for one in action_menu(alone("title").menu(), "Link to").actions()]
     action(other.menu(), "Unlink from amount").trigger()
     assert network.node("all").links == {"amount": "amount"}
     assert network.get("all.free") == 4.0
@@ -126,11 +126,11 @@ def action_menu(menu: QMenu, title: str) -> Any:
     return next(one.menu() for one in menu.actions() if one.text() == title)
 
 
-def test_an_expression(row: Any, session: Any, qtbot: Any) -> None:
+def test_an_expression(alone: Any, session: Any, qtbot: Any) -> None:
     network = session.network
     network.link("other.amount", "coarse")
     network.set("coarse", 8.0)
-    shown = row("amount")
+    shown = alone("amount")
     action(shown.menu(), "Expression").trigger()
     assert shown.expression.isVisible()
     qtbot.keyClicks(shown.expression, "coarse / 4")
@@ -154,14 +154,14 @@ def test_an_expression(row: Any, session: Any, qtbot: Any) -> None:
     assert network.variables["all_amount"].expression == "coarse / 8"
 
 
-def test_a_refused_expression_changes_nothing(row: Any, session: Any) -> None:
-    assert "outside" in row("count").place.express("100")
+def test_a_refused_expression_changes_nothing(alone: Any, session: Any) -> None:
+    assert "outside" in alone("count").place.express("100")
     assert not session.network.variables
     assert not session.history.undo_name
 
 
-def test_a_wire_decides(row: Any, session: Any) -> None:
-    shown = row("free")
+def test_a_wire_decides(alone: Any, session: Any) -> None:
+    shown = alone("free")
     session.network.connect("number.number", "all.free")
     assert shown.tied.text() == "wired from number.number"
     assert not shown.field.isEnabled()
@@ -182,8 +182,8 @@ def test_the_value_of_a_wire_is_shown_when_it_is_known(row: Any, session: Any, q
     assert shown.field.value == 0.25
 
 
-def test_the_right_button_opens_the_menu(row: Any, qtbot: Any) -> None:
-    shown = row("amount")
+def test_the_right_button_opens_the_menu(alone: Any, qtbot: Any) -> None:
+    shown = alone("amount")
     event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, QPoint(5, 5), shown.mapToGlobal(QPoint(5, 5)))
     QApplication.sendEvent(shown, event)
     menu = QApplication.activePopupWidget()
@@ -241,9 +241,9 @@ def test_nothing_is_left_behind(session: Any, qtbot: Any) -> None:
     assert not [widget for widget in QApplication.allWidgets() if type(widget).__name__ == "ParameterRow"]
 
 
-def test_steps_end_before_a_shortcut_is_looked_up(row: Any, session: Any, qtbot: Any) -> None:
+def test_steps_end_before_a_shortcut_is_looked_up(alone: Any, session: Any, qtbot: Any) -> None:
     """Undo right after an arrow key takes that step back; it is not refused for a gesture that is still open."""
-    slider = row("amount").field.slider
+    slider = alone("amount").field.slider
     slider.setFocus()
     qtbot.keyClick(slider, Qt.Key.Key_Right)
     assert session.in_gesture

@@ -25,9 +25,9 @@ FUNCTION = TransferFunction2D([BOX, BELL])
 
 
 @pytest.fixture
-def field(row: Any, qtbot: Any) -> Any:
+def field(alone: Any, qtbot: Any) -> Any:
     """The editor, with its histogram there, and a range that has room about both areas."""
-    found = row("areas").field
+    found = alone("areas").field
     qtbot.waitUntil(lambda: found.canvas.plot.histogram is not None, timeout=10000)
     found.canvas.plot.values.show(0.0, 1000.0)
     found.canvas.plot.gradients.show(0.0, 110.0)
@@ -215,7 +215,7 @@ def type_into(qtbot: Any, entry: Any, text: str) -> None:
     qtbot.keyClick(entry, Qt.Key.Key_Return)
 
 
-def test_numbers_and_colour_of_the_selected_area(field: Any, row: Any, session: Any, qtbot: Any) -> None:
+def test_numbers_and_colour_of_the_selected_area(field: Any, alone: Any, session: Any, qtbot: Any) -> None:
     canvas = field.canvas
     canvas.select(0)
     _, low, high = field.pairs[1]
@@ -229,7 +229,7 @@ def test_numbers_and_colour_of_the_selected_area(field: Any, row: Any, session: 
     assert field.pairs[2][1].unit == "HU/mm"
     type_into(qtbot, low, "500")
     assert value(session).areas[0].top == (150.0, 400.0)
-    assert "the least value comes first" in row("areas").error.text()
+    assert "the least value comes first" in alone("areas").error.text()
     canvas.select(1)
     assert field.pairs[2][0].isHidden()
     assert field.softness.isHidden()

@@ -18,6 +18,7 @@ from nodegraph.editor.views.view import ViewWidget
 from nodegraph.engine import Engine
 from nodegraph.errors import UnknownProcessor
 from nodegraph.network import Network
+from tests.editor.views.hands import opened
 
 
 class Block(Processor):
@@ -134,20 +135,14 @@ def until(qtbot) -> Callable[[Callable[[], object]], None]:
 
 @pytest.fixture
 def view(qtbot, session, until) -> ViewWidget:
-    widget = ViewWidget(session, "view")
-    qtbot.addWidget(widget)
-    widget.resize(200, 200)
-    widget.show()
+    widget = opened(qtbot, session, "view")
     until(lambda: widget.shown is not None)
     return widget
 
 
 @pytest.fixture
 def section(qtbot, session, until) -> ViewWidget:
-    widget = ViewWidget(session, "section")
-    qtbot.addWidget(widget)
-    widget.resize(200, 200)
-    widget.show()
+    widget = opened(qtbot, session, "section")
     until(lambda: widget.shown is not None)
     until(lambda: widget.interactor._whole is not None)
     return widget

@@ -6,11 +6,24 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 
+from nodegraph.editor.session import Session
 from nodegraph.editor.views.view import ViewWidget
 
 LEFT, MIDDLE, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton
 NONE = Qt.KeyboardModifier.NoModifier
+
+
+def opened(qtbot: QtBot, session: Session, path: str, width: int = 200, height: int = 200) -> ViewWidget:
+    """A view that asks for its picture at once: that it waits until its size has settled has a test of its own."""
+    widget = ViewWidget(session, path)
+    qtbot.addWidget(widget)
+    widget.resize(width, height)
+    widget.show()
+    widget._settle.stop()
+    widget._watch()
+    return widget
 
 
 def click(widget: ViewWidget, x: float, y: float, button=LEFT) -> None:

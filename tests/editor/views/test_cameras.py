@@ -9,7 +9,7 @@ from nodegraph.data import Camera
 from nodegraph.editor.views import cameras
 from nodegraph.editor.views.view import ViewWidget
 from nodegraph.subjects import moved_with
-from tests.editor.views.hands import drag
+from tests.editor.views.hands import drag, opened
 
 
 @pytest.fixture
@@ -19,10 +19,7 @@ def other(session, view, qtbot, until) -> ViewWidget:
     session.do(Add("output.view", "second"))
     session.do(Connect("block.volume", "ball2.volume"))
     session.do(Connect("ball2.image", "second.image"))
-    widget = ViewWidget(session, "second")
-    qtbot.addWidget(widget)
-    widget.resize(150, 120)
-    widget.show()
+    widget = opened(qtbot, session, "second", 150, 120)
     until(lambda: widget.shown is not None)
     session.history.clear()
     return widget

@@ -12,7 +12,7 @@ from nodegraph.data import Plane
 from nodegraph.editor.views import crosshair
 from nodegraph.editor.views import navigation as nav
 from nodegraph.editor.views.view import ViewWidget
-from tests.editor.views.hands import LEFT, drag, move, size_of, wheel
+from tests.editor.views.hands import LEFT, drag, move, opened, size_of, wheel
 
 NORMALS = {"section": (0, 0, 1), "front": (0, -1, 0), "side": (1, 0, 0)}
 
@@ -26,11 +26,8 @@ def cuts(session, section, qtbot, until) -> dict[str, ViewWidget]:
         session.do(Add("output.view", name))
         session.do(Connect("block.volume", f"{name}_cut.volume"))
         session.do(Connect(f"{name}_cut.image", f"{name}.image"))
-        found[name] = ViewWidget(session, name)
-        qtbot.addWidget(found[name])
-        found[name].resize(160, 200)
-        found[name].show()
     session.do(Set("cut.plane", Plane((5, 9, 10), NORMALS["section"])))
+    found |= {name: opened(qtbot, session, name, 160, 200) for name in ("front", "side")}
     until(lambda: all(one.shown is not None and one.volume() is not None for one in found.values()))
     session.history.clear()
     return found

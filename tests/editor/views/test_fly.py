@@ -26,6 +26,7 @@ def flying(view, session):
     tool = view.toolbox.flying
     assert tool.on
     tool._tick.setInterval(100_000)  # steps are made by hand here
+    tool._idle.setInterval(20)  # and are over soon
     return tool
 
 

@@ -20,6 +20,7 @@ from nodegraph.editor.views.handles import Handles
 from nodegraph.editor.views.handles_shapes import cut_outline
 from nodegraph.editor.views.view import ViewWidget
 from nodegraph.group_commands import ShowPort
+from tests.editor.views.hands import opened
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 OBLIQUE = Camera((40, -70, 50), (5, 9, 11), field_of_view=40.0)
@@ -39,10 +40,7 @@ def view(qtbot: Any, session: Session, until: Callable[..., None]) -> ViewWidget
     net.set("other.camera", Camera((25, -20, 30), (5, 9, 11)))
     net.set("camera", OBLIQUE)
     net.history.clear()
-    widget = ViewWidget(session, "view")
-    qtbot.addWidget(widget)
-    widget.resize(240, 260)
-    widget.show()
+    widget = opened(qtbot, session, "view", 240, 260)
     until(lambda: widget.shown is not None and session.value("block", "volume") is not None)
     return widget
 

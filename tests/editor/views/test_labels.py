@@ -15,7 +15,7 @@ from nodegraph.editor.views.labels import LabelSelection, extent, id_at, ids_of,
 from nodegraph.editor.views.sight import Sight
 from nodegraph.editor.views.view import ViewWidget
 from nodegraph.offers import label_ids
-from tests.editor.views.hands import click, move
+from tests.editor.views.hands import click, move, opened
 
 SPACING = np.diag([1.0, 2.0, 0.5, 1.0])
 
@@ -39,10 +39,7 @@ def labels(session, qtbot, until, tmp_path) -> ViewWidget:
     session.do(Add("output.view", "patches"))
     session.do(Connect("file.volume", "slice.volume"))
     session.do(Connect("slice.image", "patches.image"))
-    widget = ViewWidget(session, "patches")
-    qtbot.addWidget(widget)
-    widget.resize(220, 240)
-    widget.show()
+    widget = opened(qtbot, session, "patches", 220, 240)
     until(lambda: widget.shown is not None and widget.volume() is not None)
     until(lambda: widget.shown.size == widget.pixels)
     return widget
