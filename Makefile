@@ -4,6 +4,10 @@ VENV ?= .venv
 OUT  ?= demo-output
 RUN  := "$(VENV)/bin/python"
 
+# Compiling what a run of the tests imports takes ten seconds in each of its processes: it is kept, whatever the shell
+# says of other programs.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: help edit demo test quick bench bench-peers docs devices lint types set-up-demo set-up-test clean
 
 help:
