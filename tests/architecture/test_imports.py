@@ -53,6 +53,7 @@ def test_import_loads_no_device_no_format_and_no_command() -> None:
     assert {name for name in modules if name.partition(".")[2].split(".")[0] in heavy} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "statement",
     [

@@ -9,6 +9,8 @@ import sysconfig
 import venv
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -68,6 +70,7 @@ def test_make_runs_the_python_of_the_environment_whatever_it_was_made_with() -> 
     assert "my pictures/" in done.stdout
 
 
+@pytest.mark.slow
 def test_an_environment_is_kept_while_it_is_sound_and_made_anew_when_it_is_not(tmp_path: Path) -> None:
     folder = tmp_path / "my env"
     venv.create(folder, with_pip=False)

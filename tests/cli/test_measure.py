@@ -27,6 +27,7 @@ def scene(workspace: Callable[..., Path]) -> Path:
     )
 
 
+@pytest.mark.slow
 def test_a_picture_is_measured_on_two_settings(cli: Callable[..., Any], scene: Path, tmp_path: Path) -> None:
     out = tmp_path / "front"
     ran = cli(

@@ -26,6 +26,7 @@ def test_every_shipped_data_set_has_its_test() -> None:
     assert {path.name for path in DATA.iterdir() if path.suffix in (".nrrd", ".gz")} == set(KINDS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 def test_what_a_shipped_file_is_taken_for_and_that_each_network_shows_it(name: str) -> None:
     assert offers.survey(DATA / name).kind == KINDS[name]

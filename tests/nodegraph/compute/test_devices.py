@@ -125,6 +125,7 @@ print(CLDevice("float").run(one, (5, 4, 3), v=Volume(np.zeros((3, 4, 5), np.floa
 """
 
 
+@pytest.mark.slow
 def test_opencl_needs_no_c_compiler(tmp_path: Path) -> None:
     linker = tmp_path / "ld"
     linker.write_text(LINKER.format(ld=shutil.which("ld")))
@@ -137,6 +138,7 @@ def test_opencl_needs_no_c_compiler(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (0, "60.0\n"), done.stderr
 
 
+@pytest.mark.slow
 def test_opencl_needs_no_folder_to_keep_kernels_in(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     environment = {name: value for name, value in os.environ.items() if name != "POCL_CACHE_DIR"} | {

@@ -7,6 +7,7 @@ from __future__ import annotations
 import random
 import re
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -103,6 +104,7 @@ def test_mutated_kernels(seed: int) -> None:
     must_translate_or_refuse("".join(pieces))
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=2000, derandomize=True)
 @given(st.text(max_size=60))
 def test_any_characters(text: str) -> None:
