@@ -102,7 +102,7 @@ def scene(voxels: int) -> Network:
     return network
 
 
-@pytest.mark.parametrize("voxels", [128, pytest.param(256, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("voxels", [128, 256])
 def test_the_window_is_never_blocked(window: Window, qtbot: QtBot, voxels: int) -> None:
     session = window.session
     qtbot.waitUntil(lambda: len(window.palette_panel.ids()) > 5, timeout=10000)
@@ -124,7 +124,7 @@ def test_the_window_is_never_blocked(window: Window, qtbot: QtBot, voxels: int) 
         watchdog.begin()
         ran.clear()
         with qtbot.waitSignal(session.answered, timeout=120000, check_params_cb=is_final):
-            session.do(Set("blur.sigma", 2.0 + 0.5 * turn))
+            session.do(Set("blur.sigma", 1.25 + 0.25 * turn))
         qtbot.wait(100)  # the picture is shown and the panels tell of it
         gaps.append(watchdog.end())
         assert {"blur", "raycast"} <= ran

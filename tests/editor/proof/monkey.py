@@ -218,7 +218,7 @@ class Monkey:
         home = widget.window()
         if not widget.isVisible() or widget.visibleRegion().isEmpty() or home.windowHandle() is None:
             return False
-        return home in (self.window, *self.docks())
+        return home is self.window or (isinstance(home, QDockWidget) and home.parentWidget() is self.window)
 
     def docks(self) -> list[QDockWidget]:
         return [dock for dock in self.window.findChildren(QDockWidget) if shiboken6.isValid(dock)]
