@@ -73,6 +73,7 @@ def test_a_dropped_file_is_shown_by_what_enter_chooses_and_that_is_one_step(
     assert not window.session.history.undo_name
 
 
+@pytest.mark.slow
 def test_pictures_come_and_the_arrows_choose(window: Window, blob: Path, qtbot: QtBot) -> None:
     window.open_files([blob])
     chooser = offered(window, qtbot)
@@ -83,6 +84,7 @@ def test_pictures_come_and_the_arrows_choose(window: Window, blob: Path, qtbot: 
     qtbot.waitUntil(lambda: len(window.views) == 3, timeout=20000)
 
 
+@pytest.mark.slow
 def test_beside_what_is_there_or_as_a_new_network(window: Window, blob: Path, tmp_path: Path, qtbot: QtBot) -> None:
     net = Network()
     net.add("output.view", "view")
@@ -101,6 +103,7 @@ def test_beside_what_is_there_or_as_a_new_network(window: Window, blob: Path, tm
     assert window.session.path is None
 
 
+@pytest.mark.slow
 def test_several_files_come_in_one_step(window: Window, blob: Path, tmp_path: Path, qtbot: QtBot) -> None:
     labels = np.zeros((8, 8, 8), "u1")
     labels[2:6, 2:6, 2:6] = 3

@@ -77,6 +77,7 @@ def test_what_is_typed_and_saved_is_seen(shown: Window, kernel: Path, qtbot: QtB
     qtbot.waitUntil(lambda: level(shown.session) == 0.5, timeout=20000)
 
 
+@pytest.mark.slow
 def test_a_line_that_fails_is_marked_and_the_old_goes_on(shown: Window, kernel: Path, qtbot: QtBot) -> None:
     panel = shown.shader
     type_anew(shown, "gain * 0.25", "gian * 0.25")
@@ -114,6 +115,7 @@ def test_changes_are_kept_until_saved_or_reverted(shown: Window, kernel: Path, q
     assert panel.code.textCursor().blockNumber() == 2
 
 
+@pytest.mark.slow
 def test_a_file_that_is_not_ours_is_copied_to_the_plugins_and_used(
     shown: Window, kernel: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,7 +11,13 @@ from tests.extremes.all import CASES
 from tests.extremes.case import Case
 from tests.extremes.refusals import REFUSALS
 
-RUNS = [(case, params) for case in CASES for params in case.runs()]
+QUICK = ("midpoint", "preintegrated", "cellwise")
+"""By samples, by tables and by roots: the other integrators are relatives of one of these."""
+RUNS = [
+    pytest.param(case, params, marks=() if params.get("integrator", QUICK[0]) in QUICK else pytest.mark.slow)
+    for case in CASES
+    for params in case.runs()
+]
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "extremes.md"
 
 

@@ -188,6 +188,7 @@ print(bad)
 """
 
 
+@pytest.mark.slow
 def test_two_processes_at_once(tmp_path):
     writers = [
         subprocess.Popen([sys.executable, "-c", WRITER, str(tmp_path), str(seed)], stdout=subprocess.PIPE, text=True)

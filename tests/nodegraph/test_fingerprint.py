@@ -257,6 +257,7 @@ def test_functions_without_a_name_of_their_own_are_refused():
             function_key(function)
 
 
+@pytest.mark.slow
 def test_fingerprints_are_the_same_in_another_process():
     """The disk cache lives on it. The hash seed differs between the two."""
     code = (

@@ -353,6 +353,7 @@ def run_python(text: str) -> Any:
     return json.loads(result.stdout)
 
 
+@pytest.mark.slow
 def test_importing_nodegraph_loads_numpy_and_the_cheap_part_of_the_standard_library() -> None:
     loaded = run_python("import sys, json, nodegraph; print(json.dumps(sorted(sys.modules)))")
     slow = {"asyncio", "multiprocessing", "concurrent.futures", "importlib.metadata", "json", "tempfile", "subprocess"}

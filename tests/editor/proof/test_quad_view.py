@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -34,6 +35,7 @@ def two_by_two(window: Window, paths: list[str]) -> bool:
     return rows and cast[0] == coronal[0] < axial[0] == sagittal[0]
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_added_as_one_step(make_window: MakeWindow, tmp_path: Path, qtbot: QtBot) -> None:
     window = opened(make_window, tmp_path, cast())
     session = window.session

@@ -81,6 +81,7 @@ def test_the_kernel_itself_compiles() -> None:
     assert language.compile(KERNEL).entry == "pixel"
 
 
+@pytest.mark.slow
 @settings(max_examples=250, deadline=2000, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.integers(0, 2**32 - 1))
 def test_mutated_kernels(seed: int) -> None:
