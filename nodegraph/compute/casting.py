@@ -7,7 +7,7 @@ lets it run: in one piece, or block by block where the volume does not fit (docs
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from nodegraph.compute import blockwise
 from nodegraph.compute.storage import field_bytes
 from nodegraph.data.bricks import Flags
+from nodegraph.data.buffer import Array
 from nodegraph.data.camera import Camera
 from nodegraph.data.gradients import beforehand, index_gradient
 from nodegraph.data.image import Image
@@ -187,21 +188,20 @@ class Casting:
         kernel: str,
         turns: float,
         progress: Callable[[float], None],
-        grid: tuple[int, int] | None = None,
-        stride: int = 1,
-        **known: Any,
+        pixels: Array | None = None,
     ) -> Any:
-        """Colour and depth of the rays of every ``stride``-th pixel of every such row, which are ``grid``.
+        """Colour and depth of the rays of all pixels, or of some, (h, w, 2): column and row of each.
 
-        turns: of loops that a ray takes at most. known: a picture that is above 0 where nothing need be cast; blocks
-        know none.
+        turns: of loops that a ray takes at most. Blocks cast all pixels.
         """
-        rays = self.camera.rays(self.size, self.volume.world_to_index, self.start, stride)
+        rays = self.camera.rays(self.size, self.volume.world_to_index, self.start)
         if self._blocks is not None:
             return blockwise.render(self._blocks, self.device, progress, camera=rays, work=self.work, turns=turns)
-        given: Mapping[str, Any] = {"work": self.work, "turns": turns, **known, **self.bindings}
-        defines = self.defines | ({"SPARSE": True} if known else {})
-        return self.device.run(kernel, grid or self.size, camera=rays, defines=defines, **given)
+        given = {"work": self.work, "turns": turns, "camera": rays, **self.bindings}
+        if pixels is None:
+            return self.device.run(kernel, self.size, defines=self.defines, **given)
+        grid, defines = pixels.shape[1::-1], self.defines | {"SPARSE": True}
+        return self.device.run(kernel, grid, defines=defines, pixels=pixels, **given)
 
     def picture(self, result: Any, whole: tuple[int, int]) -> Image:
         """What was cast, at the size that was asked for."""

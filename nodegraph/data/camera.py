@@ -86,15 +86,12 @@ class Camera(Value):
         matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = right, up, -forward, self.eye
         return matrix
 
-    def rays(
-        self, size: tuple[int, int], world_to_space: Matrix | None = None, start: float = 0.0, stride: int = 1
-    ) -> dict[str, Any]:
+    def rays(self, size: tuple[int, int], world_to_space: Matrix | None = None, start: float = 0.0) -> dict[str, Any]:
         """What a kernel's ``uniform Camera camera`` needs to cast rays in a space, for example index space.
 
         Distances along rays stay in world mm: directions are unit vectors of world space taken to that space.
         The eye is transformed here in double precision, so a far-away world origin costs no digits; with ``start``
-        mm from the eye as the origin of rays, neither does an eye that is far from what it looks at. With a ``stride``
-        the pixel (i, j) of the kernel is the pixel (i, j) * stride of the picture of that size.
+        mm from the eye as the origin of rays, neither does an eye that is far from what it looks at.
         """
         matrix = np.eye(4) if world_to_space is None else np.asarray(world_to_space)
         linear = matrix[:3, :3]
@@ -109,7 +106,6 @@ class Camera(Value):
             "forward": linear @ forward,
             "half_size": (half * size[0] / size[1], half),
             "pixels": (float(size[0]), float(size[1])),
-            "stride": float(stride),
             "orthographic": self.orthographic,
         }
 

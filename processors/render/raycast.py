@@ -7,6 +7,7 @@ import numpy as np
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.compute import blockwise
 from nodegraph.compute.casting import ENLARGE, Casting, within
+from nodegraph.compute.sparse_pixels import SPARSE, cast_sparsely
 from nodegraph.data import Image, Volume, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
@@ -21,7 +22,6 @@ KERNELS = {
     "composite": "render/raycast", "cellwise": "render/raycast_cellwise", "adaptive": "render/raycast_adaptive",
     "first_hit": "render/raycast_surface", "iso": "render/raycast_surface", "maximum": "render/raycast_maximum",
 }  # fmt: skip
-SPARSE = "render/sparse"
 POINTS = {"gauss2": 2, "gauss3": 3}
 UNBOUNDED = (KERNELS["cellwise"], KERNELS["adaptive"])
 """Kernels whose turns of loops are not known beforehand; where a ray was not cast to its end they return NaN."""
@@ -113,9 +113,10 @@ class Raycast(Processor):
     )  # fmt: skip
     pixel_tolerance = Float(
         0.0, min=0.0, max=1.0, soft_max=0.1, quality="lower", reference=0.0,
-        doc="Every fourth pixel of every fourth row is cast first; where these agree within this, in colour and as a "
-        "share in depth, those between are interpolated. It bounds the error where nothing seen is narrower than four "
-        "pixels: that may pass between them. 0 casts all.",
+        doc="Every fourth pixel of every fourth row is cast first; where the picture bends by less than this about a "
+        "pixel, in colour and as a share in depth, it is interpolated. It bounds the error where nothing seen is "
+        "narrower than four pixels: that may pass between them. It pays in large smooth pictures; where too few would "
+        "be left out all are cast. 0 casts all.",
     )  # fmt: skip
     value_error = Float(
         0.0, min=0.0, max=1.0, soft_max=0.01, quality="lower", reference=0.0,
@@ -240,37 +241,13 @@ class Raycast(Processor):
             explain("every pixel is cast: blocks know no pixel_tolerance")
         cast = partial(frame.cast, kernel, turns, progress)
         sparse = pixel_tolerance > 0.0 and not frame.streamed
-        result = cast_sparsely(cast, device, size, pixel_tolerance) if sparse else cast()
+        result = cast_sparsely(cast, device, size, pixel_tolerance, explain) if sparse else cast()
         if kernel in UNBOUNDED and "turns" in device.limits and np.isnan(result.color.array).any():
             raise DeviceError(
                 f"{integrator}: this driver ends loops after {device.limits['turns']} turns, too early for some rays; "
                 "use a greater step or tolerance, another integrator, or --device cl"
             )
         return frame.picture(result, whole)
-
-
-def cast_sparsely(cast, device, size, tolerance):
-    """Cast every fourth pixel of every fourth row, then every second, then all, but where those around agree.
-
-    ``cast(grid, stride, known)`` casts the rays of a grid of pixels. Source: Orhun 2004, OR-60.
-    """
-    stride = 4
-    found = cast(_grid(size, stride), stride, known=np.zeros((1, 1, 1), device.real))
-    while stride > 1:
-        coarse, stride = _grid(size, stride), stride // 2
-        grid = _grid(size, stride)
-        corners = {"color": found.color, "depth": found.depth}
-        even = device.run(SPARSE, coarse, defines={"PHASE": 0}, tolerance=tolerance, **corners)
-        guess = device.run(SPARSE, grid, defines={"PHASE": 1}, known=even, **corners)
-        seen = cast(grid, stride, known=guess.known)
-        guessed = {"color": guess.color, "depth": guess.depth, "known": guess.known}
-        found = device.run(SPARSE, grid, defines={"PHASE": 2}, cast_color=seen.color, cast_depth=seen.depth, **guessed)
-    return found
-
-
-def _grid(size, stride):
-    """How many pixels (w, h) lie at multiples of a stride."""
-    return tuple((n - 1) // stride + 1 for n in size)
 
 
 def _tabulated(function, rows, level):

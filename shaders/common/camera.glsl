@@ -11,7 +11,6 @@ struct Camera {
     vec3 forward;
     vec2 half_size;     // of the picture: tangents (perspective) or millimetres (orthographic)
     vec2 pixels;        // width and height of the picture
-    float stride;       // pixels of it from one ray to the next
     bool orthographic;
 };
 
@@ -26,7 +25,7 @@ struct Ray {
 
 // Ray through the middle of pixel `at`; row 0 is the top.
 Ray cast_ray(Camera camera, ivec2 at) {
-    vec2 p = (vec2(at) * camera.stride + 0.5) / camera.pixels * 2.0 - 1.0;
+    vec2 p = (vec2(at) + 0.5) / camera.pixels * 2.0 - 1.0;
     vec2 s = vec2(p.x, -p.y) * camera.half_size;
     vec3 offset = camera.right * s.x + camera.up * s.y;
     Ray ray;

@@ -11,7 +11,7 @@
 #endif
 
 #ifndef SPARSE
-#define SPARSE 0        // 1: pixels that are known already are not cast
+#define SPARSE 0        // 1: only some pixels are cast, those that are listed
 #endif
 
 const float FAR = 3.0e38;           // mm, farther than anything
@@ -24,7 +24,7 @@ field2 interval;
 uniform float rounding;     // relative, of the distances in it
 #endif
 #if SPARSE
-field2 known;               // above 0 where a pixel need not be cast
+field2 pixels;              // column and row in the picture of each pixel that is cast
 #endif
 struct Result {
     vec4 color;     // linear, premultiplied
@@ -59,6 +59,15 @@ vec3 bricks_corner() {
     return vec3(0.0);
 }
 #endif
+
+// Which pixel of the picture is cast.
+ivec2 picture_pixel(ivec2 at) {
+#if SPARSE
+    return ivec2(fetch2(pixels, at).xy);
+#else
+    return at;
+#endif
+}
 
 // What the blocks before this one left behind for a pixel; nothing where there are none.
 Result carried_result(ivec2 at) {
@@ -98,13 +107,8 @@ vec3 point_at(Ray ray, float t) {
 // Where the ray is inside the volume and its interval, mm from the ray's origin; nothing where exit <= entry.
 vec2 visible_range(Ray ray, ivec2 at) {
     vec2 range = vec2(-ray.start, FAR);
-#if SPARSE
-    if (fetch2(known, at).x > 0.0) {
-        return vec2(0.0);
-    }
-#endif
 #if INTERVAL
-    vec2 seen = fetch2(interval, at * int(camera.stride)).xy;
+    vec2 seen = fetch2(interval, picture_pixel(at)).xy;
     if (any(isnan(seen))) {
         return vec2(0.0);
     }

@@ -200,7 +200,7 @@ Group group_at(Ray ray, float k, float first, float last, vec2 range) {
 }
 
 Result pixel(ivec2 at) {
-    Ray ray = cast_ray(camera, at);
+    Ray ray = cast_ray(camera, picture_pixel(at));
     Result result = carried_result(at);
     if (result.color.w >= ENOUGH) {
         return result;

@@ -12,7 +12,7 @@ uniform float tolerance;            // of the colour and opacity of the whole ra
 const float FINEST = 256.0;         // parts of a segment
 
 Result pixel(ivec2 at) {
-    Ray ray = cast_ray(camera, at);
+    Ray ray = cast_ray(camera, picture_pixel(at));
     Result result = carried_result(at);
     if (result.color.w >= ENOUGH) {
         return result;

@@ -273,7 +273,7 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
 }
 
 Result pixel(ivec2 at) {
-    Ray ray = cast_ray(camera, at);
+    Ray ray = cast_ray(camera, picture_pixel(at));
     Result result = carried_result(at);
     if (result.color.w >= ENOUGH) {
         return result;

@@ -10,7 +10,7 @@ uniform vec2 lookup;                // from a value to a place in the table
 uniform float reference_length;     // mm of material that the brightest value stands for
 
 Result pixel(ivec2 at) {
-    Ray ray = cast_ray(camera, at);
+    Ray ray = cast_ray(camera, picture_pixel(at));
     Result result = carried_result(at);
     vec2 range = visible_range(ray, at);
     if (!(range.y > range.x)) {

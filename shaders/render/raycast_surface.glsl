@@ -48,7 +48,7 @@ float refine(Ray ray, float outside, float inside, float below, float above) {
 }
 
 Result pixel(ivec2 at) {
-    Ray ray = cast_ray(camera, at);
+    Ray ray = cast_ray(camera, picture_pixel(at));
     Result result = carried_result(at);
     if (result.color.w > 0.0) {
         return result;

@@ -12,7 +12,7 @@ TOLERANCES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 TERMINATION = 254.0 / 255.0
 """Where VTK's GPU mapper ends a ray."""
 PAIRS = (256, 1024)
-PIXEL_TOLERANCES = (0.01,)
+PIXEL_TOLERANCES = (0.03,)
 """Of rays that are not cast where those around agree; for the integrators that are cheapest a sample."""
 
 Settings = Mapping[str, Any]
