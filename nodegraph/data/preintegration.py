@@ -20,14 +20,14 @@ def pair_table(function: TransferFunction, size: int, length: float) -> NDArray[
 
     Returns (size, size, 4): row = back, column = front, as places of `TransferFunction.lookup(size)`; linear RGB and
     extinction per mm. The extinction is the exact mean, so a segment of any length s hides 1 - exp(-extinction s). The
-    colour counts what the front part of the segment hides of the rest for one that is ``length`` mm long; 0: nothing.
+    colour counts what the front part of the segment hides of the rest for one that is ``length`` mm long.
     Source: Rezk-Salama 2001, X12 (pre-integrated classification).
     """
     scale, offset = function.lookup(size)
     if scale == 0.0:
         return np.broadcast_to(function.table(size), (size, size, 4)).copy()
     rows = (size - 1) * FINE + 1
-    fine = function.evaluate((np.arange(rows) / FINE - offset) / scale)
+    fine = _fine(function, np.arange(rows) / FINE, scale, offset)
     integrals = _integrals(function, np.arange(rows) / FINE, scale, offset)
     depth, light = integrals[:, 3], integrals[:, :3]
     ends = np.arange(size) * float(FINE)
@@ -52,7 +52,7 @@ def pair_table(function: TransferFunction, size: int, length: float) -> NDArray[
         here_depth = depth[index] + part * (depth[index + 1] - depth[index])
         here_light = light[index] + part[..., None] * (light[index + 1] - light[index])
         amount = (here_depth - before) * np.sign(width)
-        share = seen * -np.expm1(-np.abs(here_depth - before) * np.abs(per_place)) if length > 0.0 else np.abs(amount)
+        share = seen * -np.expm1(-np.abs(here_depth - before) * np.abs(per_place))
         some = amount > 0.0
         mean_color = np.where(
             some[..., None],
@@ -61,8 +61,7 @@ def pair_table(function: TransferFunction, size: int, length: float) -> NDArray[
         )
         color += share[..., None] * mean_color
         total += share
-        if length > 0.0:
-            seen = seen - share
+        seen = seen - share
         before, before_light = here_depth, here_light
     empty = total <= 0.0
     result[..., :3] = np.where(
@@ -71,6 +70,14 @@ def pair_table(function: TransferFunction, size: int, length: float) -> NDArray[
     diagonal = np.arange(size)
     result[diagonal, diagonal, :3] = here[:, :3]
     return result
+
+
+def _fine(function: TransferFunction, places: NDArray[Any], scale: float, offset: float) -> NDArray[np.float64]:
+    """What is at places of the table, the first of which stands for all below it: at a step there, its left side."""
+    fine = function.evaluate((places - offset) / scale)
+    if function.domain[0] == -offset / scale:
+        fine[0] = [*function.keys[0].color, float(function.extinction(function.keys[0].opacity))]
+    return fine
 
 
 def _integrals(function: TransferFunction, places: NDArray[Any], scale: float, offset: float) -> NDArray[np.float64]:
@@ -122,7 +129,7 @@ def pair_extinction(function: TransferFunction, size: int) -> tuple[NDArray[np.f
         return function.table(size), (scale, offset)
     rows = (size - 1) * FINE + 1
     places = np.arange(rows) / FINE
-    fine = function.evaluate((places - offset) / scale)[:, 3]
+    fine = _fine(function, places, scale, offset)[:, 3]
     within = np.diff(_integrals(function, places, scale, offset)[:, 3])  # spikes between two fine rows, too
     table = np.zeros((2 * size - 1, 4))
     table[::2, 3] = fine[::FINE]

@@ -8,7 +8,7 @@ from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Out
 from nodegraph.compute import blockwise
 from nodegraph.compute.casting import ENLARGE, Casting, within
 from nodegraph.compute.sparse_pixels import SPARSE, cast_sparsely
-from nodegraph.data import Image, Volume, bricks, preintegration
+from nodegraph.data import Image, Volume, bands, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
 from nodegraph.errors import DeviceError
@@ -95,7 +95,8 @@ class Raycast(Processor):
     )  # fmt: skip
     tolerance = Float(
         1e-3, min=1e-7, max=1.0, quality="lower", visible_if={"mode": "composite", "integrator": "adaptive"},
-        doc="What halving a segment may still change of colour and opacity, summed over the ray.",
+        doc="What halving a segment may still change of colour and opacity, summed over the ray. Jumps of the transfer "
+        "function are met where they are. It is an estimate: what is narrower than a segment may be passed by.",
     )  # fmt: skip
     table_size = Int(
         2048, min=2, max=8192, quality="higher",
@@ -104,7 +105,7 @@ class Raycast(Processor):
     )  # fmt: skip
     pair_table_size = Int(
         256, min=2, max=2048, quality="higher",
-        visible_if={"mode": "composite", "integrator": ("preintegrated", "adaptive")},
+        visible_if={"mode": "composite", "integrator": "preintegrated"},
         doc="Rows and columns of the table over pairs of values.",
     )  # fmt: skip
     termination = Float(
@@ -211,7 +212,7 @@ class Raycast(Processor):
                 defines["SKIP"] = True
             else:
                 what = integrator if mode == "composite" else mode
-                rows = pair_table_size if what in ("preintegrated", "adaptive") else table_size
+                rows = pair_table_size if what == "preintegrated" else table_size
                 least = {"first_hit": hit_extinction, "iso": iso_value}.get(what, 0.0)
                 if frame.streamed:
                     ranges, visible = None, memo(visible_groups, ranges, transfer_function, what, rows, least, level)
@@ -259,11 +260,12 @@ def _integration(function, integrator, level, step_length, order, table_size, pa
     """What an integrator reads of the transfer function, and the switches of its kernel."""
     if integrator == "cellwise":
         return _exactly(function, level) | _gauss(order), {"ORDER": order}
-    if integrator in ("preintegrated", "adaptive"):
-        whole = integrator == "preintegrated"
-        pairs = memo(preintegration.pair_table, function, pair_table_size, step_length if whole else 0.0)
-        given = {"pairs": pairs, "lookup": function.lookup(pair_table_size, level)}
-        return given, {"INTEGRATOR": 2} if whole else {}
+    if integrator == "adaptive":
+        rows, steps = bands.bands(function, level)
+        return {"bands": rows}, {"STEPS": steps}
+    if integrator == "preintegrated":
+        pairs = memo(preintegration.pair_table, function, pair_table_size, step_length)
+        return {"pairs": pairs, "lookup": function.lookup(pair_table_size, level)}, {"INTEGRATOR": 2}
     given = _tabulated(function, table_size, level)
     if integrator in POINTS:
         return given | _gauss(POINTS[integrator]), {"INTEGRATOR": 3, "ORDER": POINTS[integrator]}
@@ -295,9 +297,9 @@ def visible_groups(ranges, function, what, rows, least, level):
     values = ranges.data
     if what == "iso":
         visible = bricks.visible_above(values, least, level)
-    elif what == "cellwise":
+    elif what in ("cellwise", "adaptive"):
         visible = bricks.visible_by_keys(values, function)
-    elif what in ("preintegrated", "adaptive"):
+    elif what == "preintegrated":
         visible = bricks.visible_bricks(values, *preintegration.pair_extinction(function, rows))
     else:
         threshold = np.nextafter(np.float32(least), np.float32(-1.0)) if what == "first_hit" else 0.0

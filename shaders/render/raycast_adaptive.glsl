@@ -1,8 +1,9 @@
 // Emission and absorption along the rays through a scalar volume, with as many samples as each segment needs: it is
 // halved until two halves agree with the whole within the tolerance (Orhun 2004, OR-61). What lies between two values is
-// looked up, so that a part on which the value goes evenly needs no halving whatever the transfer function.
+// summed by the keys, so that a part on which the value goes evenly needs no halving whatever the transfer function.
 #include "common/illumination.glsl"
-#include "common/pairs.glsl"
+#include "common/classify.glsl"
+#include "common/bands.glsl"
 #include "common/bricks.glsl"
 #include "common/emission.glsl"
 
@@ -10,6 +11,16 @@
 uniform float tolerance;            // of the colour and opacity of the whole ray
 
 const float FINEST = 256.0;         // parts of a segment
+const float FINEST_AT_JUMP = 4096.0;
+
+Place place_at(Ray ray, float t) {
+    float value = sample3(volume, point_at(ray, t));
+    Place place = place_of(value);
+#if !FINITE
+    place.value = is_missing(value) ? uintBitsToFloat(0x7fc00000u) : value;
+#endif
+    return place;
+}
 
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, picture_pixel(at));
@@ -45,14 +56,14 @@ Result pixel(ivec2 at) {
         float index = 0.0;
         float parts = 1.0;
         float a = max(k * step_length, range.x);
-        float front = place_at(ray, a);
+        Place front = place_at(ray, a);
         while (k < stop && hidden < ENOUGH) {
             float from = max(k * step_length, range.x);
             float length = min((k + 1.0) * step_length, range.y) - from;
             float part = length / parts;
             a = from + index * part;
-            float middle = place_at(ray, a + 0.5 * part);
-            float back = place_at(ray, index + 1.0 < parts ? a + part : min((k + 1.0) * step_length, range.y));
+            Place middle = place_at(ray, a + 0.5 * part);
+            Place back = place_at(ray, index + 1.0 < parts ? a + part : min((k + 1.0) * step_length, range.y));
             vec4 whole = between(front, back);
             vec4 near = between(front, middle);
             vec4 far = between(middle, back);
@@ -64,7 +75,10 @@ Result pixel(ivec2 at) {
             float coarse = -expm1(-whole.w * part);
             vec3 error = share * near.rgb + second * far.rgb - coarse * whole.rgb;
             float worst = max(max(abs(error.x), abs(error.y)), max(abs(error.z), abs(share + second - coarse)));
-            if (parts < FINEST && rest * worst > per_mm * part) {
+            // A ray that grazes a jump may pass it between the points that are looked at: such places are few.
+            float missed = missed_between(front, middle, back) * part;
+            if ((parts < FINEST && rest * worst > per_mm * part) ||
+                (parts < FINEST_AT_JUMP && rest * missed > 0.25 * tolerance)) {
                 parts *= 2.0;
                 index *= 2.0;
             } else {

@@ -155,7 +155,7 @@ def test_a_colour_that_changes_within_the_slab(device, integrator, step, back):
     bound += cut_error(integrator, step, slope * extinction) + rounding(device)
     if integrator == "cellwise":
         bound += 1e-8  # three points on exp over a cell: (e h)^7 / 7! and less
-    if integrator in ("preintegrated", "adaptive"):
+    if integrator == "preintegrated":
         # Colour over (front, back) is smooth; between rows of its table it bends by an eighth of a row squared.
         bound += row(integrator, n - 1.0) ** 2 / 8 * extinction * np.abs(last - first).max()
     assert np.abs(color[..., :3] - expected).max() <= bound

@@ -37,7 +37,7 @@ def params(integrator, step, **more):
         chosen["integrator"] = integrator
     if integrator == "adaptive":
         chosen["tolerance"] = TOLERANCE
-    if integrator in ("preintegrated", "adaptive") and "pair_table_size" in _offered:
+    if integrator == "preintegrated" and "pair_table_size" in _offered:
         chosen["pair_table_size"] = PAIRS
     return chosen
 
@@ -71,7 +71,7 @@ def jump_error(integrator, h, jump, cell):
     if integrator == "cellwise":
         return jump * 2.0**-22  # the place is found by up to 24 halvings of a cell
     if integrator == "adaptive":
-        return TOLERANCE + jump * cell
+        return TOLERANCE
     return jump * (cell if integrator == "preintegrated" else h + cell)
 
 
@@ -82,7 +82,7 @@ def rounding(device, size=1.0):
 
 def row(integrator, span):
     """Distance of two rows of the table that an integrator reads, where ``span`` is the range of its values."""
-    if integrator in ("preintegrated", "adaptive"):
+    if integrator == "preintegrated":
         return span / (PAIRS - 1)
     return span / ((_offered["table_size"].default if "table_size" in _offered else 2048) - 1)
 
@@ -90,7 +90,7 @@ def row(integrator, span):
 def table_error(integrator, length, span, bend):
     """Bound on what a table adds to an optical depth over ``length``: between two rows a bend of the transfer function
     (change of its slope) is cut off, by at most a quarter of a row; over pairs, at the front and at the back."""
-    if integrator == "cellwise":
+    if integrator in ("cellwise", "adaptive"):
         return 0.0
-    ends = 2 if integrator in ("preintegrated", "adaptive") else 1
+    ends = 2 if integrator == "preintegrated" else 1
     return length * ends * bend * row(integrator, span) / 4
