@@ -75,7 +75,7 @@ def pair_table(function: TransferFunction, size: int, length: float) -> NDArray[
 def _fine(function: TransferFunction, places: NDArray[Any], scale: float, offset: float) -> NDArray[np.float64]:
     """What is at places of the table, the first of which stands for all below it: at a step there, its left side."""
     fine = function.evaluate((places - offset) / scale)
-    if function.domain[0] == -offset / scale:
+    if function.keys and function.domain[0] == -offset / scale:
         fine[0] = [*function.keys[0].color, float(function.extinction(function.keys[0].opacity))]
     return fine
 

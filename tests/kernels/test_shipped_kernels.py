@@ -97,6 +97,9 @@ def _raycasts() -> list[tuple[str, dict[str, Any]]]:
 SPARSE = TransferFunction([(0.6, (0.9, 0.3, 0.1), 0.0), (0.7, (0.9, 0.3, 0.1), 0.2), (0.8, (0.9, 0.8, 0.6), 0.0)])
 
 
+KEYED = TransferFunction([(i / 6, (0.9, 0.3, 0.1), 0.1 * (i % 3)) for i in range(7)])
+
+
 def _integrators() -> list[tuple[str, dict[str, Any]]]:
     """Each way to integrate twice: with what makes it dear, and with what makes it cheap."""
     cases = []
@@ -107,6 +110,8 @@ def _integrators() -> list[tuple[str, dict[str, Any]]]:
         cases += [(f"{integrator}-dear", both | dear), (f"{integrator}-cheap", both | cheap)]
         lit = {"volume": VOLUME, "transfer_function": FUNCTION, "termination": 1.0, "order": 3}
         cases += [(f"{integrator}-lit", both | lit)]
+    many = {"volume": VOLUME, "transfer_function": KEYED, "integrator": "adaptive", "camera": CAMERA, "lit": False}
+    cases += [("adaptive-many-keys", many)]
     for mode in ("composite", "maximum", "first_hit", "iso"):
         values = {"volume": VOLUME, "transfer_function": SPARSE, "mode": mode, "termination": 1.0, "lit": False}
         values |= {"camera": CAMERA, "iso_value": 0.75, "hit_extinction": 0.1}
