@@ -25,10 +25,7 @@ KEPT_ERRORS = 4096
 class SharedBudget(Protocol):
     """Bytes that several owners share, for a device whose memory is the host's."""
 
-    limit: int | None
-
-    @property
-    def used(self) -> int: ...
+    def exceeded(self, wanted: int = 0) -> int: ...
 
 
 @dataclass(slots=True, frozen=True)
@@ -73,6 +70,8 @@ class ResultCache:
         # Distinct memory: identity of its owner -> (how many entries hold it, bytes, the owner itself).
         self._blocks: dict[int, tuple[int, int, Any]] = {}
         self._bytes = 0
+        # Those whose bytes come and go, since they read their file in pieces.
+        self._chunked: dict[int, Buffer] = {}
 
     def get(self, key: bytes) -> Result | None:
         """Return a result and count it as used, or None."""
@@ -102,6 +101,8 @@ class ResultCache:
                 holders, _, _ = self._blocks.get(identity, (0, 0, None))
                 self._blocks[identity] = (holders + 1, nbytes, owner)
                 self._bytes += nbytes if holders == 0 else 0
+                if isinstance(owner, Buffer) and owner.chunks is not None:
+                    self._chunked[identity] = owner
             self.trim()
             return key in self._entries
 
@@ -140,7 +141,10 @@ class ResultCache:
         return self._bytes + self._read_bytes()
 
     def host_bytes(self) -> int:
-        """Bytes that lie on the host: what the cache counts in a budget that it shares with a device."""
+        """Bytes that lie on the host: what the cache counts in a budget that it shares with a device.
+
+        It looks at all that is kept; `nbytes` is at once, and never less.
+        """
         with self._lock:
             owners = list(self._blocks.values())
         kept = sum(nbytes for _, nbytes, owner in owners if not isinstance(owner, Buffer) or owner.on_host)
@@ -163,8 +167,8 @@ class ResultCache:
         """Remove the least recently used until the budget holds."""
         with self._lock:
             if self._over() > 0:
-                for _, _, owner in tuple(self._blocks.values()):
-                    if isinstance(owner, Buffer) and owner.resident:
+                for owner in tuple(self._chunked.values()):
+                    if owner.resident:
                         owner.release()  # nothing is cheaper to have again than what lies in a file
                         if self._over() <= 0:
                             return
@@ -198,13 +202,11 @@ class ResultCache:
     def _read_bytes(self) -> int:
         """Bytes that buffers in chunks have read by now."""
         with self._lock:
-            return sum(owner.resident for _, _, owner in self._blocks.values() if isinstance(owner, Buffer))
+            return sum(owner.resident for owner in self._chunked.values())
 
     def _over(self) -> int:
         over = self.nbytes - self.limit
-        if self.shared is not None and self.shared.limit is not None:
-            over = max(over, self.shared.used - self.shared.limit)
-        return over
+        return over if self.shared is None else max(over, self.shared.exceeded())
 
     def _remove(self, key: bytes) -> None:
         entry = self._entries.pop(key, None)
@@ -212,6 +214,7 @@ class ResultCache:
             holders, _, owner = self._blocks[identity]
             if holders == 1:
                 del self._blocks[identity]
+                self._chunked.pop(identity, None)
                 self._bytes -= nbytes
             else:
                 self._blocks[identity] = (holders - 1, nbytes, owner)

@@ -348,7 +348,7 @@ class Engine:
             # Where the device's memory is the host's, cache and device draw on one budget.
             room = self._device_bytes if self._device_bytes is not None else machine_bytes() // 2
             budget = Budget(self.cache.limit + room)
-            budget.watch(self.cache.host_bytes)
+            budget.watch(self.cache.host_bytes, lambda: self.cache.nbytes)
             self.cache.shared = budget
             self._devices = Devices(
                 host_budget=budget, device_bytes=self._device_bytes, call=self.call, on_pressure=self._on_pressure

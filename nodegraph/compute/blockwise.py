@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from nodegraph.compute.storage import share_range
 from nodegraph.data.blocks import BLOCK, Block, Pixels, block_counts, front_to_back, pixels_of
-from nodegraph.data.bricks import BRICK, Flags, brick_counts, brick_distances
+from nodegraph.data.bricks import BRICK, Flags, brick_counts, brick_reaches
 from nodegraph.data.buffer import Array, Buffer
 from nodegraph.data.camera import Camera
 from nodegraph.data.chunks import ROOM_SHARE, free_bytes
@@ -244,7 +244,7 @@ def _place(cast: Cast, block: Block, size: int) -> dict[str, Any]:
     per_block = size // BRICK
     if cast.visible is not None:
         z, y, x = (slice(at * per_block, (at + 1) * per_block) for at in block.place[::-1])
-        own["bricks"] = Volume(brick_distances(cast.visible[z, y, x]))
+        own["bricks"] = Volume(brick_reaches(cast.visible[z, y, x]))
     elif cast.ranges is not None:
         ends = brick_counts(cast.volume.dims)[::-1]
         here = [

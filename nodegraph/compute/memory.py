@@ -29,20 +29,26 @@ class Budget:
 
     def __init__(self, limit: int | None = None) -> None:
         self.limit = limit
-        self._counts: list[Callable[[], int]] = []
+        self._owners: dict[Callable[[], int], Callable[[], int]] = {}
 
-    def watch(self, count: Callable[[], int]) -> None:
-        """Add an owner: ``count()`` returns the bytes it holds now."""
-        self._counts.append(count)
+    def watch(self, count: Callable[[], int], most: Callable[[], int] | None = None) -> None:
+        """Add an owner: ``count()`` returns the bytes it holds now, ``most()`` no fewer, at once."""
+        self._owners[count] = most or count
 
     def unwatch(self, count: Callable[[], int]) -> None:
-        """Forget an owner that is closed."""
-        self._counts.remove(count)
+        """Forget an owner that is closed. Raises KeyError where there is none."""
+        del self._owners[count]
 
     @property
     def used(self) -> int:
         """Bytes that all owners hold now."""
-        return sum(count() for count in self._counts)
+        return sum(count() for count in self._owners)
+
+    def exceeded(self, wanted: int = 0) -> int:
+        """Bytes by which the limit is passed, or would be with ``wanted`` more; 0 where it is not."""
+        if self.limit is None or sum(most() for most in self._owners.values()) + wanted <= self.limit:
+            return 0
+        return max(0, self.used + wanted - self.limit)
 
     @property
     def room(self) -> int | None:
@@ -259,12 +265,11 @@ class Memory:
         for entry in list(self._entries.values()):
             self.drop(entry)
         self._dead.clear()
-        with contextlib.suppress(ValueError):
+        with contextlib.suppress(KeyError):
             self.budget.unwatch(self._count)
 
     def _missing(self, wanted: int) -> int:
-        limit = self.budget.limit
-        return 0 if limit is None else max(0, self.budget.used + wanted - limit)
+        return self.budget.exceeded(wanted)
 
     def _evict(self, wanted: int, chosen: Callable[[Entry], bool], save: bool) -> None:
         """Drop entries, oldest use first, until ``wanted`` fits or no candidate is left."""

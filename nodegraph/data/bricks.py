@@ -7,7 +7,7 @@ outermost voxels goes on.
 
     ranges = brick_ranges(volume)                                     one pass over the volume
     visible = visible_bricks(ranges, table, lookup)                   one look-up per brick, for each transfer function
-    distances = brick_distances(visible)                              how far a ray may leap
+    reaches = brick_reaches(visible)                                  how far a ray may leap
 
 All of them are pure functions of volumes, arrays and numbers. Arrays of bricks are (z, y, x), as volumes are.
 Source: Schlosser 2009, C06 (least and greatest value, transparency by a prefix sum); docs/decisions/0007.
@@ -31,6 +31,11 @@ BRICK = 4
 
 FARTHEST = 255
 """The greatest distance that `brick_distances` tells apart."""
+
+SLACK = 1e-3
+"""Bricks by which a cube that is leapt over is taken for smaller, for the rounding of positions on a device."""
+
+NO_REACH = -1e6
 
 VALUE_ROUNDING = 2.0**-20
 """Relative error of an interpolated value in single precision: 16 roundings (seven interpolations, the mapping)."""
@@ -135,15 +140,22 @@ def visible_above(ranges: Array, iso: float, level: float = 0.0) -> Flags:
     return found
 
 
-def brick_distances(visible: Array) -> NDArray[np.float32]:
-    """How far, in bricks, it is to a brick of the other kind: (bz, by, bx) float32, -255 .. 255.
+def brick_distances(visible: Array) -> NDArray[np.uint8]:
+    """Chebyshev distance, in bricks, from each brick (bz, by, bx) to the nearest that is visible: 0 .. 255.
 
-    For an invisible brick the Chebyshev distance to the nearest visible one, for a visible brick minus the distance to
-    the nearest invisible one; 255 stands for all that is farther, or nowhere. So about a brick at distance d all bricks
-    within |d| - 1 are of its kind.
+    255 stands for all that is farther, or nowhere. So all bricks nearer than d to one at distance d are invisible.
     """
-    visible = np.asarray(visible, np.bool_)
-    return np.where(visible, -_chebyshev(~visible), _chebyshev(visible))
+    return _chebyshev(np.asarray(visible, np.bool_))
+
+
+def brick_reaches(visible: Array) -> NDArray[np.float32]:
+    """How far, in bricks, it is from the middle of each brick to the sides of the cube that a ray may leap over.
+
+    (bz, by, bx) float32, as shaders/common/bricks.glsl reads it. The cube is `SLACK` less than half a brick short of
+    the nearest visible one; about a visible brick there is none, and what stands there is below 0 whatever is added.
+    """
+    distances = brick_distances(visible)
+    return np.where(distances > 0, distances - np.float32(0.5 + SLACK), np.float32(NO_REACH))
 
 
 def visible_box(visible: Array, dims: tuple[int, int, int]) -> tuple[Array, Array] | None:
@@ -175,7 +187,7 @@ def _shifts(dtype: np.dtype[Any], least: float, greatest: float) -> tuple[float,
     return (0.0,)
 
 
-def _chebyshev(found: Flags) -> NDArray[np.float32]:
+def _chebyshev(found: Flags) -> NDArray[np.uint8]:
     """Chebyshev distance of each cell to the nearest that is True, at most 255.
 
     One axis after the other: what lies k away along this axis and d away along the axes before is max(k, d) away.
@@ -192,7 +204,7 @@ def _chebyshev(found: Flags) -> NDArray[np.float32]:
             np.maximum(longer, steps, out=longer)
             np.minimum(distance[k:], longer[:-k], out=distance[k:])
             np.minimum(distance[:-k], longer[k:], out=distance[:-k])
-    return distance.astype(np.float32)
+    return distance
 
 
 def _stored_ranges(volume: Volume) -> Array:

@@ -181,6 +181,8 @@ class Volume(Grid):
         A kernel gets real values in the precision of its device. It binds ``volume.less(volume.origin)``, and what
         the values are compared with less the same, so that values that lie close together far from 0 keep their digits.
         """
+        if value == 0.0:
+            return self
         mapping = self.mapping._replace(offset=self.mapping.offset - value)
         return Volume(self.buffer, self.index_to_world, mapping)
 

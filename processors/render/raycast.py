@@ -8,7 +8,7 @@ from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Out
 from nodegraph.compute import blockwise
 from nodegraph.compute.casting import ENLARGE, Casting, within
 from nodegraph.compute.sparse_pixels import SPARSE, cast_sparsely
-from nodegraph.data import Image, Volume, bands, bricks, preintegration
+from nodegraph.data import Buffer, Image, Volume, bands, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
 from nodegraph.errors import DeviceError
@@ -196,7 +196,7 @@ class Raycast(Processor):
         elif mode == "iso":
             bindings.update(iso_value=iso_value - level, iso_color=iso_color)
         else:
-            bindings.update(_tabulated(transfer_function, table_size, level))
+            bindings.update(_tabulated(transfer_function, table_size, level, memo))
             if mode == "maximum":
                 bindings["reference_length"] = transfer_function.reference_length
             else:
@@ -251,9 +251,19 @@ class Raycast(Processor):
         return frame.picture(result, whole)
 
 
-def _tabulated(function, rows, level):
+def _tabulated(function, rows, level, memo):
     """The transfer function as a table over values less ``level``."""
-    return {"table": function.table(rows), "lookup": function.lookup(rows, level)}
+    return {"table": memo(table, function, rows), "lookup": function.lookup(rows, level)}
+
+
+def table(function, rows):
+    """A buffer, which stays on the device from one picture to the next."""
+    return Buffer(function.table(rows))
+
+
+def pair_table(function, rows, step_length):
+    """Of `preintegration.pair_table`, as a buffer that stays on the device."""
+    return Buffer(preintegration.pair_table(function, rows, step_length))
 
 
 def _integration(function, integrator, level, step_length, order, table_size, pair_table_size, memo):
@@ -264,9 +274,9 @@ def _integration(function, integrator, level, step_length, order, table_size, pa
         rows, steps = bands.bands(function, level)
         return {"bands": rows}, {"STEPS": steps}
     if integrator == "preintegrated":
-        pairs = memo(preintegration.pair_table, function, pair_table_size, step_length)
+        pairs = memo(pair_table, function, pair_table_size, step_length)
         return {"pairs": pairs, "lookup": function.lookup(pair_table_size, level)}, {"INTEGRATOR": 2}
-    given = _tabulated(function, table_size, level)
+    given = _tabulated(function, table_size, level, memo)
     if integrator in POINTS:
         return given | _gauss(POINTS[integrator]), {"INTEGRATOR": 3, "ORDER": POINTS[integrator]}
     return given, {"INTEGRATOR": INTEGRATORS.index(integrator)}
@@ -289,7 +299,7 @@ def _gauss(order):
 def leaps(ranges, function, what, rows, least, level):
     """How far a ray may leap from each brick, as a volume; None where it is not worth asking."""
     visible = visible_groups(ranges, function, what, rows, least, level)
-    return None if visible is None else Volume(bricks.brick_distances(visible))
+    return None if visible is None else Volume(bricks.brick_reaches(visible))
 
 
 def visible_groups(ranges, function, what, rows, least, level):

@@ -147,7 +147,7 @@ class Raycast2D(Processor):
 def leaps(ranges, function, table_size):
     """How far a ray may leap from each brick, as a volume; None where it is not worth asking."""
     visible = visible_groups(ranges, function, table_size)
-    return None if visible is None else Volume(bricks.brick_distances(visible))
+    return None if visible is None else Volume(bricks.brick_reaches(visible))
 
 
 def visible_groups(ranges, function, table_size):

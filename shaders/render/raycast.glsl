@@ -180,12 +180,11 @@ Group group_at(Ray ray, float k, float first, float last, vec2 range) {
     group.lengths = vec4(step_length);
     // The first and the last of the ray are cut, and there is nothing of those behind.
     bool cut = k == first || k + 3.0 >= last;
-    while (cut) {
+    if (cut) {
         vec4 starts = group.starts;
         group.lengths = vec4(
             length_of(starts.x, range), length_of(starts.y, range), length_of(starts.z, range), length_of(starts.w, range));
         group.starts = max(starts, range.x);
-        cut = false;
     }
     group.front = end_of_segment(ray, group.starts.x);
 #if CARRIED
@@ -198,6 +197,29 @@ Group group_at(Ray ray, float k, float first, float last, vec2 range) {
     group.four = segment(ray, k + 3.0, group.starts.w, group.lengths.w, range.y, group.three.back);
     return group;
 }
+
+#if SKIP
+// Where an integrator looks in a segment that nothing cuts: first and last.
+vec2 looked_at() {
+#if INTEGRATOR == 0
+    return vec2(0.5);
+#elif INTEGRATOR == 3
+    return vec2(nodes[0], nodes[ORDER - 1]);
+#else
+    return vec2(0.0, 1.0);
+#endif
+}
+
+// The first segment from k on that may be seen; beyond the last if there is none.
+float next_seen(Leaper leaper, float k, float first, float last) {
+#if INTEGRATOR == 0
+    return leap(bricks, leaper, k, last + 1.0);
+#else
+    // The points of those that are cut, the first and the last, lie elsewhere: they are looked at always.
+    return leap(bricks, leaper, k, k > first ? last : k);
+#endif
+}
+#endif
 
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, picture_pixel(at));
@@ -214,72 +236,82 @@ Result pixel(ivec2 at) {
     float first = segments.x;
     float last = segments.y - 1.0;
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
+    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length, looked_at());
+    float k = next_seen(leaper, first, first, last);
+#else
+    float k = first;
 #endif
 
+    // What is summed already, what is left to be hidden, and the run that is summed apart at present.
     Sum sum = Sum(result.color.rgb, result.color.w);
+    float rest = 1.0 - sum.hidden;
+    Sum run = Sum(vec3(0.0), 0.0);
+    float groups = 0.0;
+    float hidden = sum.hidden;
     // The group in which `depth_opacity` is passed, and what was hidden before it.
     vec2 crossing = vec2(-FAR, 0.0);
-    float k = first;
-    while (k <= last && sum.hidden < ENOUGH) {
-        Sum run = Sum(vec3(0.0), 0.0);
-        float rest = 1.0 - sum.hidden;
-        float enough = (ENOUGH - sum.hidden) / rest;
-        float deep = (depth_opacity - sum.hidden) / rest;
-        vec2 passed = vec2(-FAR, 0.0);
-        float groups = 0.0;
-        while (k <= last && run.hidden < enough && groups < RUN) {
+    // One loop and not one for each run: llvmpipe goes through the body of a loop once more after all have left it.
+    while (k <= last && hidden < ENOUGH) {
 #if LIT && !DENSE
-            // Light is dear. Neighbouring rays, which run in step, first look each for something visible, and then all
-            // light theirs together.
-            vec4 depths = vec4(0.0);
-            bool searching = true;
-            while (searching) {
-#if SKIP
-                k = leap(bricks, leaper, k, k > first ? last : k);
-#endif
-                Group group = group_at(ray, k, first, last, range);
-                depths = vec4(group.one.depth, group.two.depth, group.three.depth, group.four.depth);
-                k += 4.0;
-                searching = k <= last && !any(greaterThan(depths, vec4(0.0)));
-            }
-            passed = run.hidden <= deep ? vec2(k - 4.0, run.hidden) : passed;
-            float i = depths.x > 0.0 ? 0.0 : depths.y > 0.0 ? 1.0 : depths.z > 0.0 ? 2.0 : depths.w > 0.0 ? 3.0 : 4.0;
-            while (i < 4.0) {
-                float at = k - 4.0 + i;
-                float start = max(at * step_length, range.x);
-                float length = length_of(at * step_length, range);
-                vec4 front = end_of_segment(ray, start);
-                Segment part = segment(ray, at, start, length, range.y, front);
-                run = add(run, light_on(ray, at, start, length, front, part), part.depth);
-                i = i < 1.0 && depths.y > 0.0 ? 1.0 : i < 2.0 && depths.z > 0.0 ? 2.0 : i < 3.0 && depths.w > 0.0 ? 3.0 : 4.0;
-            }
-#else
-#if SKIP
-            // The first segment may begin within a step before the volume, and the last is looked at always.
-            k = leap(bricks, leaper, k, k > first ? last : k);
-#endif
+        // Light is dear. Neighbouring rays, which run in step, first look each for something visible, and then all
+        // light theirs together.
+        float begin = k;
+        vec4 depths = vec4(0.0);
+        bool searching = true;
+        while (searching) {
+            begin = k;
             Group group = group_at(ray, k, first, last, range);
-            passed = run.hidden <= deep ? vec2(k, run.hidden) : passed;
-#if LIT
-            Group dark = group;
-            group.one.color = light_on(ray, k, dark.starts.x, dark.lengths.x, dark.front, dark.one);
-            group.two.color = light_on(ray, k + 1.0, dark.starts.y, dark.lengths.y, dark.one.back, dark.two);
-            group.three.color = light_on(ray, k + 2.0, dark.starts.z, dark.lengths.z, dark.two.back, dark.three);
-            group.four.color = light_on(ray, k + 3.0, dark.starts.w, dark.lengths.w, dark.three.back, dark.four);
-#endif
-            run = add(run, group.one.color, group.one.depth);
-            run = add(run, group.two.color, group.two.depth);
-            run = add(run, group.three.color, group.three.depth);
-            run = add(run, group.four.color, group.four.depth);
+            depths = vec4(group.one.depth, group.two.depth, group.three.depth, group.four.depth);
+#if SKIP
+            k = next_seen(leaper, k + 4.0, first, last);
+#else
             k += 4.0;
 #endif
-            groups += 1.0;
+            searching = k <= last && !any(greaterThan(depths, vec4(0.0)));
         }
-        crossing = sum.hidden <= depth_opacity ? vec2(passed.x, sum.hidden + rest * passed.y) : crossing;
-        sum.color += rest * run.color;
-        sum.hidden += rest * run.hidden;
+        crossing = hidden <= depth_opacity ? vec2(begin, hidden) : crossing;
+        float i = depths.x > 0.0 ? 0.0 : depths.y > 0.0 ? 1.0 : depths.z > 0.0 ? 2.0 : depths.w > 0.0 ? 3.0 : 4.0;
+        while (i < 4.0) {
+            float at = begin + i;
+            float start = max(at * step_length, range.x);
+            float length = length_of(at * step_length, range);
+            vec4 front = end_of_segment(ray, start);
+            Segment part = segment(ray, at, start, length, range.y, front);
+            run = add(run, light_on(ray, at, start, length, front, part), part.depth);
+            i = i < 1.0 && depths.y > 0.0 ? 1.0 : i < 2.0 && depths.z > 0.0 ? 2.0 : i < 3.0 && depths.w > 0.0 ? 3.0 : 4.0;
+        }
+#else
+        Group group = group_at(ray, k, first, last, range);
+        crossing = hidden <= depth_opacity ? vec2(k, hidden) : crossing;
+#if LIT
+        Group dark = group;
+        group.one.color = light_on(ray, k, dark.starts.x, dark.lengths.x, dark.front, dark.one);
+        group.two.color = light_on(ray, k + 1.0, dark.starts.y, dark.lengths.y, dark.one.back, dark.two);
+        group.three.color = light_on(ray, k + 2.0, dark.starts.z, dark.lengths.z, dark.two.back, dark.three);
+        group.four.color = light_on(ray, k + 3.0, dark.starts.w, dark.lengths.w, dark.three.back, dark.four);
+#endif
+        run = add(run, group.one.color, group.one.depth);
+        run = add(run, group.two.color, group.two.depth);
+        run = add(run, group.three.color, group.three.depth);
+        run = add(run, group.four.color, group.four.depth);
+#if SKIP
+        k = next_seen(leaper, k + 4.0, first, last);
+#else
+        k += 4.0;
+#endif
+#endif
+        groups += 1.0;
+        hidden = sum.hidden + rest * run.hidden;
+        bool full = groups >= RUN;
+        sum.color += full ? rest * run.color : vec3(0.0);
+        sum.hidden = full ? hidden : sum.hidden;
+        rest = 1.0 - sum.hidden;
+        run.color = full ? vec3(0.0) : run.color;
+        run.hidden = full ? 0.0 : run.hidden;
+        groups = full ? 0.0 : groups;
     }
+    sum.color += rest * run.color;
+    sum.hidden = hidden;
     result.color = vec4(sum.color, sum.hidden);
     if (sum.hidden >= depth_opacity && sum.hidden > 0.0 && isinf(result.depth)) {
         float wanted = log((1.0 - crossing.y) / (1.0 - depth_opacity));

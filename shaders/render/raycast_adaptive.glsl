@@ -36,7 +36,7 @@ Result pixel(ivec2 at) {
     float first = segments.x;
     float end = segments.y;
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
+    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length, vec2(0.0, 1.0));
 #endif
     float per_mm = tolerance / (range.y - range.x);
 

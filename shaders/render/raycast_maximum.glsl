@@ -20,7 +20,7 @@ Result pixel(ivec2 at) {
     float first = segments.x;
     float end = segments.y;
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
+    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length, vec2(0.5));
 #endif
     float best = -FAR;
     float best_t = 0.0;
@@ -31,32 +31,29 @@ Result pixel(ivec2 at) {
     float k = first;
     while (k < end) {
 #if SKIP
-        float stop = k + 4.0;
-        if (k > first && k < end - 1.0) {
-            vec3 brick = floor(leaper.origin + k * leaper.along);
-            float count = segments_within(leaper, k, brick, 1.0);
-            if (count > 0.0 && !(fetch3v(bricks, ivec3(brick)).y > best)) {
-                k = min(k + count, end - 1.0);
-                stop = k;
-            }
+        // Bricks in which nothing is greater than what is found already.
+        bool searching = true;
+        while (searching) {
+            vec3 place = leaper.origin + k * leaper.along;
+            vec3 brick = floor(place);
+            float count = segments_within(leaper, place, brick, ONE_BRICK);
+            bool lesser = count > 0.0 && !(fetch3v(bricks, ivec3(brick)).y > best);
+            k = lesser ? min(k + count, end) : k;
+            searching = lesser && k < end;
         }
-#else
-        float stop = end;
 #endif
-        while (k < stop && k < end) {
-            float t = (k + 0.5) * step_length;
-            float value = sample3(volume, point_at(ray, t));
-#if FINITE
-            bool greater = value > best;
-#else
-            bool greater = value > best && !is_missing(value);
-#endif
-            if (greater) {
-                best = value;
-                best_t = t;
-            }
-            k += 1.0;
+        // Four samples in a row without a question; of those behind the last nothing is taken.
+        vec4 here = vec4(k, k + 1.0, k + 2.0, k + 3.0);
+        vec4 t = (here + 0.5) * step_length;
+        vec4 values = vec4(
+            sample3(volume, point_at(ray, t.x)), sample3(volume, point_at(ray, t.y)),
+            sample3(volume, point_at(ray, t.z)), sample3(volume, point_at(ray, t.w)));
+        for (int i = 0; i < 4; ++i) {
+            bool greater = values[i] > best && here[i] < end && !is_missing(values[i]);
+            best = greater ? values[i] : best;
+            best_t = greater ? t[i] : best_t;
         }
+        k += 4.0;
     }
 #if CARRIED
     result.best = vec2(best, best_t);

@@ -74,38 +74,33 @@ Result pixel(ivec2 at) {
     }
 #endif
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length);
+    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length, vec2(0.5));
 #endif
-    float below = surface(ray, before);
-    bool hit = below >= 0.0;
+    // Between `before`, outside, and `found`, inside, lies the surface; where it is exactly is asked behind the loop, since
+    // llvmpipe would go through the bisection at every turn.
+    bool hit = surface(ray, before) >= 0.0;
     float found = before;
     float k = first;
     while (k <= end && !hit) {
+        // Four points in a row without a question; of those behind the last nothing is taken.
+        vec4 here = vec4(k, k + 1.0, k + 2.0, k + 3.0);
+        vec4 t = clamp((here + 0.5) * step_length, range.x, range.y);
+        vec4 inside = vec4(surface(ray, t.x), surface(ray, t.y), surface(ray, t.z), surface(ray, t.w));
+        inside = mix(inside, vec4(-1.0), greaterThan(here, vec4(end)));
+        hit = any(greaterThanEqual(inside, vec4(0.0)));
+        found = inside.x >= 0.0 ? t.x : inside.y >= 0.0 ? t.y : inside.z >= 0.0 ? t.z : t.w;
+        before = inside.x >= 0.0 ? before : inside.y >= 0.0 ? t.x : inside.z >= 0.0 ? t.y : t.z;
+        k += 4.0;
 #if SKIP
-        float next = leap(bricks, leaper, k, k > first ? max(end - 1.0, k) : k);
-        if (next > k) {
-            // What lies between is outside; the search goes on from the last point of it.
-            k = next;
-            before = clamp((k - 0.5) * step_length, range.x, range.y);
-            below = surface(ray, before);
-        }
-        float stop = k + 4.0;
-#else
-        float stop = end + 1.0;
+        k = leap(bricks, leaper, k, max(end - 1.0, k));
 #endif
-        while (k < stop && k <= end && !hit) {
-            float t = clamp((k + 0.5) * step_length, range.x, range.y);
-            float above = surface(ray, t);
-            if (above >= 0.0) {
-                hit = true;
-                found = isnan(below) ? t : refine(ray, before, t, below, above);
-            }
-            before = t;
-            below = above;
-            k += 1.0;
-        }
+        before = hit ? before : clamp((k - 0.5) * step_length, range.x, range.y);
     }
     if (hit) {
+        if (found > before) {
+            float below = surface(ray, before);
+            found = isnan(below) ? found : refine(ray, before, found, below, surface(ray, found));
+        }
 #if ISO
         vec3 matter = iso_color;
 #else

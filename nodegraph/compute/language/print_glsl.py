@@ -10,7 +10,6 @@ from .names import mangle
 from .printing import FieldRef, Instance, Printer, Storages, divides_plainly, is_int
 from .types import BOOL, FLOAT, Array, Matrix, Numeric, Struct, Type
 from .uniform_leaves import leaves
-from .walk import jumps_out, nodes
 
 #: Thread groups of compute shaders.
 GROUP = (8, 8, 1)
@@ -114,44 +113,19 @@ class _GlslPrinter(Printer):
 
     # Statements
 
-    def print_if(self, stmt: s.If) -> None:
-        """Print a branch that reads fields as a loop of at most one turn.
-
-        Software OpenGL (llvmpipe) runs both sides of every branch for all pixels of a group and masks the results,
-        but it does leave a loop when no pixel is in it. So a branch around an expensive part costs only where it is
-        taken; on hardware the two are the same.
-        """
-        if stmt.no is not None or jumps_out(stmt.yes) or not self.reads_fields(stmt.yes):
-            super().print_if(stmt)
-            return
-        once = f"ng_once{self.branches}"
-        self.branches += 1
-        self.emit(stmt.line, f"for (bool {once} = {self.expr(stmt.condition)}; {once}; {once} = false) {{")
-        self.inner(stmt.yes)
-        self.emit(0, "}")
-
     def print_dowhile(self, stmt: s.DoWhile) -> None:
         """Print the test at the end as the step of a for loop, which ``continue`` reaches too.
 
         Inside another loop llvmpipe (Mesa 22.3) goes on with pixels that have left a do loop: their values are wrong.
         """
-        again = f"ng_again{self.branches}"
-        self.branches += 1
+        again = f"ng_again{self.loops}"
+        self.loops += 1
         self.emit(stmt.line, f"for (bool {again} = true; {again}; {again} = {self.expr(stmt.condition)}) {{")
         self.inner(stmt.body)
         self.emit(0, "}")
 
-    #: How many names the two above have made.
-    branches = 0
-
-    def reads_fields(self, node: object) -> bool:
-        """Whether a part of the tree samples or fetches, itself or in a function that it calls."""
-        for call in nodes(node, s.Call):
-            if call.target == "field" and not call.name.startswith("size"):
-                return True
-            if call.target == "function" and self.reads_fields(self.program.functions[call.name].body):
-                return True
-        return False
+    #: How many names it has made.
+    loops = 0
 
     # Declarations and types
 

@@ -17,6 +17,7 @@ from nodegraph.data import Camera
 from nodegraph.engine import Engine
 from nodegraph.network import Network
 from nodegraph.report import Report
+from nodegraph.requests import level
 from tests.benchmarks.peers.points import Picture
 from tests.benchmarks.peers.scenes import AMBIENT, DIFFUSE, Scene
 
@@ -46,7 +47,10 @@ class Ours:
         """What the settings that were tried were before."""
 
     def frame(self, settings: Mapping[str, Any], camera: Camera | None = None, quality: str = "final") -> NDArray[Any]:
-        """Render and bring the picture to the host: linear premultiplied RGBA (h, w, 4). Other settings as shipped."""
+        """Render and bring the picture to the host: linear premultiplied RGBA (h, w, 4). Other settings as shipped.
+
+        A setting ``level`` n stands for the quality interactive/n.
+        """
         return self.run(settings, camera, quality)[0]
 
     def run(
@@ -54,9 +58,12 @@ class Ours:
     ) -> tuple[NDArray[Any], Report]:
         """The picture, and what the engine tells of it."""
         node = self.network["raycast"]
+        settings = dict(settings)
+        if "level" in settings:
+            quality = level(settings.pop("level"))
         for name in settings:
             self.usual.setdefault(name, getattr(node, name))
-        for name, value in (self.usual | dict(settings)).items():
+        for name, value in (self.usual | settings).items():
             if getattr(node, name) != value:
                 setattr(node, name, value)
         node.camera = camera or self.scene.camera

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from nodegraph import formats, registry
+from nodegraph.requests import LEVELS, coarser
 from tests.benchmarks.peers import page
-from tests.benchmarks.peers.compare import Match
+from tests.benchmarks.peers.compare import Match, is_whole
 from tests.benchmarks.peers.floor import Stage
 from tests.benchmarks.peers.orbit import Orbit
 from tests.benchmarks.peers.points import Point, advantage, cheapest, errors, front
@@ -94,7 +95,10 @@ def test_every_setting_that_is_tried_is_one_of_the_ray_caster() -> None:
     tried = [settings for ladder in ladders() for settings in ladder]
     for settings in tried:
         for name, value in settings.items():
-            params[name].check(value, name)
+            if name == "level":
+                assert value in LEVELS
+            else:
+                params[name].check(value, name)
     assert len({tuple(sorted(settings.items(), key=str)) for settings in tried}) == len(tried)
 
 
@@ -115,3 +119,10 @@ def test_a_match_without_a_setting_of_ours_is_no_match() -> None:
     assert Match("dense, lit", "gpu", MIDDLE, 0.01, None).factor == 0.0
     assert Match("dense, lit", "gpu", MIDDLE, 0.2, QUICK).factor == 2.0
     assert Match("dense, lit", "fixed-point", MIDDLE, 0.2, QUICK).wanted == 1.5
+
+
+def test_a_level_takes_pixels_away_and_leaves_the_steps_as_they_are() -> None:
+    for settings in (settings for ladder in ladders() for settings in ladder if "level" in settings):
+        size, step = coarser((256, 256), settings["step"], settings["level"])
+        assert (size[0] < 256, step) == (True, settings["step"])
+        assert not is_whole(Point(settings, 1.0, 0.1, 0.1))

@@ -15,6 +15,7 @@ from nodegraph.data.bricks import (
     brick_counts,
     brick_distances,
     brick_ranges,
+    brick_reaches,
     visible_above,
     visible_box,
     visible_bricks,
@@ -255,19 +256,23 @@ def test_transfer_functions_without_a_width(keys):
 def test_distances_are_those_of_brute_force(visible):
     """Checks: Schlosser 2009, T58."""
     found = brick_distances(visible)
-    assert (found.dtype, found.shape) == (np.float32, visible.shape)
-    cells = np.argwhere(np.ones_like(visible))
-    for cell in cells:
-        own = visible[tuple(cell)]
-        others = np.argwhere(visible != own)
-        nearest = np.abs(others - cell).max(axis=1).min() if len(others) else 255
-        assert found[tuple(cell)] == (-nearest if own else nearest)
+    assert (found.dtype, found.shape) == (np.uint8, visible.shape)
+    seen = np.argwhere(visible)
+    for cell in np.argwhere(np.ones_like(visible)):
+        assert found[tuple(cell)] == (np.abs(seen - cell).max(axis=1).min() if len(seen) else 255)
 
 
 def test_distances_end_at_255():
     visible = np.zeros((1, 1, 600), bool)
     visible[..., 0] = True
-    assert brick_distances(visible)[0, 0].tolist() == [-1.0, *range(1, 255), *[255.0] * 345]
+    assert brick_distances(visible)[0, 0].tolist() == [*range(255), *[255] * 345]
+
+
+def test_a_ray_leaps_to_just_before_what_can_be_seen():
+    reaches = brick_reaches(np.array([[[False, False, False, True, False]]]))
+    assert reaches.dtype == np.float32
+    assert reaches[0, 0, [0, 1, 2, 4]] == pytest.approx([2.499, 1.499, 0.499, 0.499])
+    assert reaches[0, 0, 3] == -1e6
 
 
 @settings(max_examples=100, deadline=None)
