@@ -124,7 +124,7 @@ def test_the_window_is_never_blocked(window: Window, qtbot: QtBot, voxels: int) 
         watchdog.begin()
         ran.clear()
         with qtbot.waitSignal(session.answered, timeout=120000, check_params_cb=is_final):
-            session.do(Set("blur.sigma", 1.25 + 0.25 * turn))
+            session.do(Set("blur.sigma", 2.0 + 0.5 * turn))
         qtbot.wait(100)  # the picture is shown and the panels tell of it
         gaps.append(watchdog.end())
         assert {"blur", "raycast"} <= ran
