@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -34,11 +35,16 @@ def small() -> Network:
     return network
 
 
+def is_final(session: Session) -> Callable[[object, Report], bool]:
+    """Whether an answer is the last one, at rest."""
+    return lambda channel, _: session.quality(channel) == "final"
+
+
 @pytest.fixture
 def shown(session: Session, qtbot: QtBot) -> Session:
-    """A session whose view was computed once."""
+    """A session whose view was computed once, in final quality."""
     session.adopt(small())
-    with qtbot.waitSignal(session.answered, timeout=20000):
+    with qtbot.waitSignal(session.answered, timeout=20000, check_params_cb=is_final(session)):
         session.watch("test", "view", (32, 32))
     return session
 
@@ -58,7 +64,7 @@ def test_what_is_refused_is_told_and_changes_nothing(session: Session, heard: li
 def test_a_watched_view_is_computed_again_after_every_change(shown: Session, qtbot: QtBot) -> None:
     assert {str(shown.state(path)) for path in shown.network.nodes} == {"clean"}
     first = shown.report
-    with qtbot.waitSignal(shown.answered, timeout=20000):
+    with qtbot.waitSignal(shown.answered, timeout=20000, check_params_cb=is_final(shown)):
         shown.do(Set("blur.sigma", 9.0))
         assert str(shown.state("blur")) == str(shown.state("view")) == "dirty"
         assert str(shown.state("volume")) == "clean"
@@ -235,11 +241,27 @@ def test_a_drag_keeps_its_budget_and_ends_in_final(paced: tuple[Session, list[in
     qtbot.waitUntil(lambda: seen[-1] == 1, timeout=10000)
 
 
-def test_what_does_not_listen_to_levels_is_asked_for_once(shown: Session, qtbot: QtBot) -> None:
+class Deaf(Processor):
+    """A picture that is the same at every level."""
+
+    gain = Float(1.0, doc="Changes the picture.")
+    image = Output(Image, doc="All pixels alike.")
+
+    def process(self, gain, *, size):
+        return Image(np.full((*size[::-1], 1), gain, "f4"))
+
+
+def test_what_does_not_listen_to_levels_is_asked_for_once(session: Session, qtbot: QtBot) -> None:
+    Deaf.id = "trial.deaf"
+    network = Network(lambda id: Deaf if id == "trial.deaf" else registry.find(id))
+    network.add("trial.deaf", "deaf")
+    session.adopt(network)
+    with qtbot.waitSignal(session.answered, timeout=20000):
+        session.watch("test", "deaf", (4, 4))
     answers: list[object] = []
-    shown.answered.connect(lambda channel, _: answers.append(shown.quality(channel)))
-    with qtbot.waitSignal(shown.answered, timeout=20000):
-        shown.do(Set("blur.sigma", 3.0))
+    session.answered.connect(lambda channel, _: answers.append(session.quality(channel)))
+    with qtbot.waitSignal(session.answered, timeout=20000):
+        session.do(Set("deaf.gain", 3.0))
     qtbot.wait(100)
     assert answers == ["final"]
 

@@ -164,7 +164,7 @@ def test_memory_falls_as_it_is_told_and_a_turn_of_the_camera_stores_nothing_anew
             network.set("raycast.camera", CAMERA.with_(eye=(0.0, -150.0, 40.0)))
             again = scene(engine, network, "raycast", size=SIZE).nodes["raycast"]
             assert again.ran
-    assert [memo.made for memo in first.memos] == [True]
-    assert [memo.made for memo in again.memos] == [False]
+    assert {memo.name: memo.made for memo in first.memos} == {"narrowed": True, "table": True}
+    assert {memo.name: memo.made for memo in again.memos} == {"narrowed": False, "table": False}
     assert taken == {0.0: 64**3 * 4, 1e-3: 64**3 * 2}
     assert any("uint16, 0.5 MiB instead of 1:" in text for text in first.decisions)
