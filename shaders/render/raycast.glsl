@@ -180,11 +180,12 @@ Group group_at(Ray ray, float k, float first, float last, vec2 range) {
     group.lengths = vec4(step_length);
     // The first and the last of the ray are cut, and there is nothing of those behind.
     bool cut = k == first || k + 3.0 >= last;
-    if (cut) {
+    while (cut) {  // at most once; an if so small is computed always, and chosen from
         vec4 starts = group.starts;
         group.lengths = vec4(
             length_of(starts.x, range), length_of(starts.y, range), length_of(starts.z, range), length_of(starts.w, range));
         group.starts = max(starts, range.x);
+        cut = false;
     }
     group.front = end_of_segment(ray, group.starts.x);
 #if CARRIED
@@ -302,13 +303,13 @@ Result pixel(ivec2 at) {
 #endif
         groups += 1.0;
         hidden = sum.hidden + rest * run.hidden;
-        bool full = groups >= RUN;
-        sum.color += full ? rest * run.color : vec3(0.0);
-        sum.hidden = full ? hidden : sum.hidden;
-        rest = 1.0 - sum.hidden;
-        run.color = full ? vec3(0.0) : run.color;
-        run.hidden = full ? 0.0 : run.hidden;
-        groups = full ? 0.0 : groups;
+        if (groups >= RUN) {
+            sum.color += rest * run.color;
+            sum.hidden = hidden;
+            rest = 1.0 - hidden;
+            run = Sum(vec3(0.0), 0.0);
+            groups = 0.0;
+        }
     }
     sum.color += rest * run.color;
     sum.hidden = hidden;
