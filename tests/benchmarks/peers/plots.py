@@ -104,7 +104,10 @@ def _panels(count: int) -> tuple[Any, list[Any]]:
 
     rows = (count + 1) // 2
     figure, grid = pyplot.subplots(rows, 2, figsize=(10, 3.6 * rows), squeeze=False, layout="constrained")
-    return figure, list(grid.flat)[:count]
+    panels = list(grid.flat)
+    for left in panels[count:]:
+        left.set_axis_off()
+    return figure, panels[:count]
 
 
 def _plain(axis: Any) -> None:
