@@ -27,6 +27,8 @@ from tests.support.integrators import (
     row,
 )
 
+pytestmark = pytest.mark.slow
+
 # No whole number of any step from the volume, so that the first and the last segment of each ray are cut.
 FLAT = Camera(eye=(0.3, -150.37, 0.2), target=(0.3, 0, 0.2), projection="orthographic", height=3.0)
 SIZE = (4, 4)

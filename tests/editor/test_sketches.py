@@ -9,6 +9,8 @@ from nodegraph.data import Camera, Image, Labels, Mesh, Table, TransferFunction,
 from nodegraph.editor import sketches
 from nodegraph.editor.previews import TILE, preview_of
 
+pytestmark = pytest.mark.slow
+
 
 def never() -> bool:
     return False

@@ -11,6 +11,8 @@ from tests.extremes.all import CASES
 from tests.extremes.case import Case
 from tests.extremes.refusals import REFUSALS
 
+pytestmark = pytest.mark.slow
+
 QUICK = ("midpoint", "preintegrated", "cellwise")
 """By samples, by tables and by roots: the other integrators are relatives of one of these."""
 RUNS = [

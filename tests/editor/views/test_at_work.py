@@ -69,7 +69,7 @@ def test_a_preview_is_seen_before_the_result(view: ViewWidget, until: Any) -> No
     assert view.progress.geometry().bottom() == view.area.rect().bottom()
     GO.set()
     until(lambda: brightness(view) == 1.0)
-    assert "not finished" not in view._facts.text()
+    until(lambda: "not finished" not in view._facts.text())
     until(lambda: not view.progress.isVisible())
 
 

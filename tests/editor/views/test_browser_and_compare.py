@@ -14,6 +14,8 @@ from nodegraph.editor.views.compare import KEPT, REFERENCE, CompareView, measure
 from nodegraph.editor.views.picture_area import PictureArea
 from nodegraph.editor.views.shown import shown
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def browser(qtbot, session, until) -> ImageBrowser:

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from nodegraph.data import Mapping, Volume
 from nodegraph.data.quantisation import TYPES, bound, narrowest, stored
 
+pytestmark = pytest.mark.slow
+
 ITEMS = {"uint8": 1, "uint16": 2, "float16": 2, "float32": 4}
 DTYPES = ("float16", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64")
 

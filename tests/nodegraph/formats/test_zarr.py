@@ -15,6 +15,8 @@ from nodegraph.fingerprint import file_state
 from tests.nodegraph.formats.expected import FILES, VECTOR
 from tests.support.calls import call
 
+pytestmark = pytest.mark.slow
+
 UNITS = {"z": "micrometer", "y": "millimeter", "x": "nanometer"}
 SPACE = [{"name": n, "type": "space", "unit": UNITS[n]} for n in "zyx"]
 

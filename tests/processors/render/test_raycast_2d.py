@@ -10,6 +10,8 @@ from nodegraph.errors import PortError
 from tests.support import raycast_twin as twin
 from tests.support.calls import call
 
+pytestmark = pytest.mark.slow
+
 SIZE = (24, 20)
 CAMERA = Camera(eye=(30.0, -150.0, 40.0), target=(0, 0, 0), field_of_view=20.0)
 FLAT = Camera(eye=(0.0, -150.0, 0.0), target=(0, 0, 0), projection="orthographic", height=8.0)

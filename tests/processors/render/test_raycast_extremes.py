@@ -10,6 +10,8 @@ from nodegraph.engine import Engine
 from nodegraph.errors import DeviceError, ParameterError, PortError
 from tests.support.calls import call
 
+pytestmark = pytest.mark.slow
+
 SIZE = (32, 26)
 CAMERA = Camera(eye=(30.0, -150.0, 40.0), target=(0, 0, 0), field_of_view=24.0)
 MODES = ("composite", "maximum", "first_hit", "iso")
