@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from nodegraph.compute import blockwise
 from nodegraph.compute.storage import field_bytes
 from nodegraph.data.bricks import Flags
-from nodegraph.data.buffer import Array
+from nodegraph.data.buffer import Array, Buffer
 from nodegraph.data.camera import Camera
 from nodegraph.data.gradients import beforehand, index_gradient
 from nodegraph.data.image import Image
@@ -26,6 +26,17 @@ from nodegraph.data.volume import Volume
 from nodegraph.errors import PortError
 
 ENLARGE = "render/enlarge"
+VALUE_ERROR = (
+    "What values may be off by, as a share of the volume's range. Voxels are bound in the narrowest type that "
+    "keeps it: 8 bits from 1/510 on, 16 from 1/131070, half floats from 1/8192 where some are not finite. Light "
+    "follows the slopes of what is bound. 0 binds them as they are."
+)
+"""What the parameter ``value_error`` of a ray-caster says."""
+
+
+def table(function: Any, *rows: int) -> Buffer:
+    """``function.table(*rows)`` as a buffer: by `memo` it stays on the device from one picture to the next."""
+    return Buffer(function.table(*rows))
 
 
 class Narrowed(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.compute import blockwise
-from nodegraph.compute.casting import ENLARGE, Casting, within
+from nodegraph.compute.casting import ENLARGE, VALUE_ERROR, Casting, table, within
 from nodegraph.compute.sparse_pixels import SPARSE, cast_sparsely
 from nodegraph.data import Buffer, Image, Volume, bands, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
@@ -121,9 +121,7 @@ class Raycast(Processor):
     )  # fmt: skip
     value_error = Float(
         0.0, min=0.0, max=1.0, soft_max=0.01, quality="lower", reference=0.0,
-        doc="What values may be off by, as a share of the volume's range. Voxels are bound in the narrowest type that "
-        "keeps it: 8 bits from 1/510 on, 16 from 1/131070, half floats from 1/8192 where some are not finite. Light "
-        "follows the slopes of what is bound. 0 binds them as they are.",
+        doc=VALUE_ERROR,
     )  # fmt: skip
     skip = Bool(True, doc="Leave out what cannot be seen, by bricks of 4 voxels. It changes nothing but the time.")
     gradients = Choice(
@@ -234,7 +232,7 @@ class Raycast(Processor):
                 shown = visible_samples(volume, camera, size, frame.step_length, share)
             frame.choose_gradients(gradients, shown, memo, explain)
 
-        # How many turns of loops a ray may take at most, as some drivers count (branches are printed as loops).
+        # How many turns of loops a ray may take at most, as some drivers count.
         turns = frame.samples * (4.0 if lit and mode == "composite" else 1.3 if "SKIP" in defines else 1.0) + 100
         looks = LOOKS_AT.get(integrator if mode == "composite" else mode, 0.5)
         frame.stream(kernel, explain, visible=visible, ranges=ranges, looks=looks, carries_best=mode == "maximum")
@@ -254,11 +252,6 @@ class Raycast(Processor):
 def _tabulated(function, rows, level, memo):
     """The transfer function as a table over values less ``level``."""
     return {"table": memo(table, function, rows), "lookup": function.lookup(rows, level)}
-
-
-def table(function, rows):
-    """A buffer, which stays on the device from one picture to the next."""
-    return Buffer(function.table(rows))
 
 
 def pair_table(function, rows, step_length):

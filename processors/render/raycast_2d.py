@@ -2,7 +2,7 @@
 
 from nodegraph import Bool, Camera, Choice, Float, Input, Int, Light, Output, Processor, TransferFunction2D, data
 from nodegraph.compute import blockwise
-from nodegraph.compute.casting import ENLARGE, Casting, within
+from nodegraph.compute.casting import ENLARGE, VALUE_ERROR, Casting, table, within
 from nodegraph.data import Image, Volume, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
@@ -66,9 +66,7 @@ class Raycast2D(Processor):
     )  # fmt: skip
     value_error = Float(
         0.0, min=0.0, max=1.0, soft_max=0.01, quality="lower", reference=0.0,
-        doc="What values may be off by, as a share of the volume's range. Voxels are bound in the narrowest type that "
-        "keeps it: 8 bits from 1/510 on, 16 from 1/131070, half floats from 1/8192 where some are not finite. Light "
-        "follows the slopes of what is bound. 0 binds them as they are.",
+        doc=VALUE_ERROR,
     )  # fmt: skip
     skip = Bool(
         True, doc="Leave out bricks of 4 voxels whose values are seen at no magnitude. It changes nothing but the time."
@@ -104,7 +102,7 @@ class Raycast2D(Processor):
         frame = Casting(device, volume, camera, size, step, interval, gradient)
         bindings, defines = frame.bindings, frame.defines
         bindings |= {
-            "table": transfer_function.table(table_size, table_size),
+            "table": memo(table, transfer_function, table_size, table_size),
             "lookup_2d": transfer_function.lookup(table_size, table_size, frame.level),
             "to_eye": frame.to_eye(),
             "depth_opacity": depth_opacity,
@@ -138,7 +136,7 @@ class Raycast2D(Processor):
         shown = visible_samples(volume, camera, size, frame.step_length, share)
         frame.choose_gradients(gradients, shown, memo, explain)
 
-        # How many turns of loops a ray may take at most, as some drivers count (branches are printed as loops).
+        # How many turns of loops a ray may take at most, as some drivers count.
         turns = frame.samples * (4.0 if lit else 1.3 if skip else 1.0) + 100
         frame.stream(KERNEL, explain, visible=visible, looks=0.0 if integrator == "midpoint" else 0.5)
         return frame.picture(frame.cast(KERNEL, turns, progress), whole)
