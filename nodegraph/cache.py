@@ -1,5 +1,7 @@
 """Results by fingerprint, in memory: a byte budget, the least recently used go first.
 
+What a node makes quickly, such as pictures of a camera that moves, gets a share of the budget and no more.
+
 Bytes are counted over distinct memory: two results that share an array count it once, and a view counts
 the whole array that it keeps alive. All methods may be called from any thread.
 """
@@ -20,6 +22,10 @@ if TYPE_CHECKING:
     from nodegraph.compute.dispatch import KernelRun
 
 KEPT_ERRORS = 4096
+QUICK = 1.0
+"""Seconds: what took less is quick to make again."""
+QUICK_SHARE = 16
+"""The quick results of a node may take one part in so many of the budget; the latest is kept whatever it takes."""
 
 
 class SharedBudget(Protocol):
@@ -52,6 +58,11 @@ class Result:
 class _Entry:
     result: Result
     blocks: list[tuple[int, int, Any]] = field(default_factory=list)
+    node: str = ""
+
+    @property
+    def nbytes(self) -> int:
+        return sum(count for _, count, _ in self.blocks)
 
 
 class ResultCache:
@@ -67,6 +78,8 @@ class ResultCache:
         self._entries: OrderedDict[bytes, _Entry] = OrderedDict()
         self._failures: OrderedDict[bytes, Exception] = OrderedDict()
         self._pins: dict[bytes, int] = {}
+        # Quick results by the node that made them, least recently used first.
+        self._quick: dict[str, OrderedDict[bytes, int]] = {}
         # Distinct memory: identity of its owner -> (how many entries hold it, bytes, the owner itself).
         self._blocks: dict[int, tuple[int, int, Any]] = {}
         self._bytes = 0
@@ -80,6 +93,8 @@ class ResultCache:
             if entry is None:
                 return None
             self._entries.move_to_end(key)
+            if entry.node:
+                self._quick[entry.node].move_to_end(key)
             return entry.result
 
     def __contains__(self, key: bytes) -> bool:
@@ -88,14 +103,17 @@ class ResultCache:
     def __len__(self) -> int:
         return len(self._entries)
 
-    def put(self, key: bytes, result: Result) -> bool:
-        """Keep a result if the budget allows, letting go of older ones. Returns whether it is kept."""
+    def put(self, key: bytes, result: Result, node: str = "") -> bool:
+        """Keep a result if the budget allows, letting go of older ones. Returns whether it is kept.
+
+        ``node`` is the path of the node that made it: its quick results are bounded by themselves.
+        """
         with self._lock:
             self._failures.pop(key, None)
             if self.limit <= 0:
                 return False
             self._remove(key)
-            entry = _Entry(result, list(blocks(result.values)))
+            entry = _Entry(result, list(blocks(result.values)), node if result.seconds < QUICK else "")
             self._entries[key] = entry
             for identity, nbytes, owner in entry.blocks:
                 holders, _, _ = self._blocks.get(identity, (0, 0, None))
@@ -103,6 +121,9 @@ class ResultCache:
                 self._bytes += nbytes if holders == 0 else 0
                 if isinstance(owner, Buffer) and owner.chunks is not None:
                     self._chunked[identity] = owner
+            if entry.node:
+                self._quick.setdefault(node, OrderedDict())[key] = entry.nbytes
+                self._bound_quick(self._quick[node])
             self.trim()
             return key in self._entries
 
@@ -188,7 +209,7 @@ class ResultCache:
 
             def dearness(key: bytes) -> float:
                 entry = self._entries[key]
-                return entry.result.seconds / max(1, sum(count for _, count, _ in entry.blocks))
+                return entry.result.seconds / max(1, entry.nbytes)
 
             before = self._bytes
             for key in sorted(free, key=dearness):
@@ -208,8 +229,23 @@ class ResultCache:
         over = self.nbytes - self.limit
         return over if self.shared is None else max(over, self.shared.exceeded())
 
+    def _bound_quick(self, made: OrderedDict[bytes, int]) -> None:
+        """Let go of the oldest quick results of a node. Its latest stays, and so does what is pinned."""
+        over = sum(made.values()) - self.limit // QUICK_SHARE
+        for key, nbytes in list(made.items())[:-1]:
+            if over <= 0:
+                return
+            if key not in self._pins:
+                self._remove(key)
+                over -= nbytes
+
     def _remove(self, key: bytes) -> None:
         entry = self._entries.pop(key, None)
+        if entry is not None and entry.node:
+            made = self._quick[entry.node]
+            del made[key]
+            if not made:
+                del self._quick[entry.node]
         for identity, nbytes, _ in entry.blocks if entry is not None else ():
             holders, _, owner = self._blocks[identity]
             if holders == 1:

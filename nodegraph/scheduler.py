@@ -354,7 +354,7 @@ class Run:
             self.teller.note(note, task.path)
         self._results[place] = result
         if not processor.effect:
-            self.context.cache.put(task.fingerprint, result)
+            self.context.cache.put(task.fingerprint, result, task.path)
             if processor.disk_cache and self.context.disk is not None:
                 refused = self.context.disk.put(self.lasting.key(place), result)
                 if refused:

@@ -132,6 +132,15 @@ class Casting:
         """How dear a pixel is: a few hundred segments are nothing out of the ordinary."""
         return max(self.samples / 500.0, 0.1)
 
+    def interleave(self, whole: tuple[int, int]) -> None:
+        """Cut neighbouring rays into segments at other places, where the picture will be enlarged to ``whole``.
+
+        Each then misses other things, and enlarging takes means of them. Source: Keller and Heidrich 2001, Interleaved
+        Sampling.
+        """
+        if self.size != whole:
+            self.defines |= {"PHASES": True}
+
     def illuminate(self, light: Light, **material: float) -> None:
         """Bind a lamp and ambient, diffuse, specular, shininess. Gradients are another matter."""
         self.bindings |= {"light": light.in_eye_space(self.camera), "material": material}

@@ -128,7 +128,7 @@ class CLDevice(Device):
         flags = self._cl.mem_flags
         if self.is_host_memory:
             # The array is the result: reading it back will copy nothing.
-            host = aligned_empty(placement.nbytes)
+            host = self.memory.host.empty(placement.nbytes)
             return self._buffer(flags.READ_WRITE | flags.USE_HOST_PTR, placement.nbytes, where, hostbuf=host)
         return self._buffer(flags.READ_WRITE, placement.nbytes, where)
 
@@ -151,7 +151,7 @@ class CLDevice(Device):
             return thing, 0, release
         self.memory.reserve(placement.nbytes, where)
         if self.is_host_memory:
-            host = aligned_empty(placement.nbytes)
+            host = self.memory.host.empty(placement.nbytes)
             whole = host.view(placement.dtype).reshape(*placement.shape, placement.texture_components)
             for first, slab in placement.slabs(array):
                 whole[first : first + len(slab)] = slab
@@ -258,13 +258,6 @@ def _as_stored(leaf: Leaf, numbers: Array) -> Array:
     if isinstance(leaf.type, Matrix) or leaf.type.base == "float":
         return numbers
     return numbers.astype(np.uint32).view(np.int32) if leaf.type.base == "uint" else numbers
-
-
-def aligned_empty(nbytes: int) -> Array:
-    """Return bytes that start at a multiple of 128, the widest OpenCL vector (double16)."""
-    raw = np.empty(nbytes + 128, np.uint8)
-    start = -raw.ctypes.data % 128
-    return raw[start : start + nbytes]
 
 
 def import_pyopencl() -> Any:

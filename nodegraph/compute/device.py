@@ -66,6 +66,8 @@ class Device(ABC):
     limits: dict[str, Any]
     strip_multiple = 1
     least_columns = 16
+    recycles = False
+    """Whether an object of a result that died may stand for another. Not where it *is* the array that was read."""
 
     def __init__(self, budget: Budget | int | None = None, roots: Sequence[Path | str] | None = None) -> None:
         self.memory = Memory(budget, name=self.name)
@@ -314,8 +316,11 @@ class Device(ABC):
         placement = self._output_placement(output, grid, entry_kind)
         shape, dtype = placement.shape, placement.dtype
         self.check_limits(shape, placement.nbytes, where)
-        self.memory.reserve(placement.nbytes, f"the result of {where}")
-        thing, nbytes, release = self._allocate(placement, where)
+        form = placement if self.recycles else None
+        spare = self.memory.take(form) if self.recycles else None
+        if spare is None:
+            self.memory.reserve(placement.nbytes, f"the result of {where}")
+        thing, nbytes, release = spare or self._allocate(placement, where)
         full = shape + ((kind.n,) if kind.n > 1 else ())
         resident = Resident(self, full, dtype)
         buffer = Buffer.on_device(full, dtype, resident.fetch)
@@ -328,6 +333,7 @@ class Device(ABC):
             key=placement.key,
             read_back=resident.save,
             saved=resident.saved,
+            form=form,
         )
         return buffer, resident.entry
 

@@ -7,6 +7,7 @@ Row 0 of a texture is row 0 of the picture, on upload, in gl_FragCoord and on re
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import re
 import sys
@@ -95,6 +96,7 @@ class GLDevice(Device):
     name = "gl"
     api = "gl"
     real = np.dtype(np.float32)
+    recycles = True
 
     def __init__(self, budget: Budget | int | None = None, roots: Sequence[Path | str] | None = None) -> None:
         self.context = open_context()
@@ -244,7 +246,7 @@ class GLDevice(Device):
 
     def read(self, entry: Entry, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Array:
         texture = entry.object
-        out = np.empty(shape, dtype)
+        out = self.memory.host.empty(math.prod(shape) * dtype.itemsize).view(dtype).reshape(shape)
         form = (_FORMATS if dtype.kind == "f" else _INTEGER_FORMATS)[texture.components]
         # glGetTexImage needs no finish before it: called through ctypes it waits without the GIL.
         target = gl.TEXTURE_3D if len(texture.size) == 3 else gl.TEXTURE_2D

@@ -14,8 +14,13 @@ from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import Any
 
+from nodegraph.compute.spares import HostSpares, ObjectSpares, Spare
 from nodegraph.data.buffer import Buffer
 from nodegraph.errors import DeviceError
+
+SPARE_BYTES = 64 << 20
+SPARE_SHARE = 16
+"""Of objects that nobody uses any more at most so many bytes are kept, and one part in so many of the budget."""
 
 _clock = itertools.count(1)
 
@@ -60,12 +65,12 @@ class Entry:
     """One device object and what is known of it.
 
     ``read_back`` is given for objects that hold the only copy of a device-born buffer; it saves that copy,
-    after which ``saved()`` says so and the object may be dropped.
+    after which ``saved()`` says so and the object may be dropped. Objects of equal ``form`` can stand for each other.
     """
 
     __slots__ = (
-        "bytes", "death", "last_use", "live", "node", "object", "owner", "pins", "place", "purpose", "read_back",
-        "release", "saved", "token",
+        "bytes", "death", "form", "last_use", "live", "node", "object", "owner", "pins", "place", "purpose",
+        "read_back", "release", "saved", "token",
     )  # fmt: skip
 
     def __init__(
@@ -80,8 +85,10 @@ class Entry:
         read_back: Callable[[], None] | None,
         saved: Callable[[], bool],
         node: str = "",
+        form: Hashable = None,
     ) -> None:
         self.token = token
+        self.form = form
         self.object = object
         self.bytes = bytes
         self.purpose = purpose
@@ -133,6 +140,8 @@ class Memory:
         self._dead: deque[int] = deque()
         self._tokens = itertools.count(1)
         self._bytes = 0
+        self.host = HostSpares()
+        self._spares = ObjectSpares()
         self.budget.watch(self._count)
 
     @property
@@ -145,6 +154,11 @@ class Memory:
         """Bytes that they hold. Host memory used in place is the host's and counts 0."""
         return self._bytes
 
+    @property
+    def spare_bytes(self) -> int:
+        """Bytes that nobody uses, kept for results to come."""
+        return self._spares.nbytes + self.host.nbytes
+
     def join(self, budget: Budget) -> None:
         """Count in another budget from now on."""
         self.budget.unwatch(self._count)
@@ -152,7 +166,7 @@ class Memory:
         self.budget.watch(self._count)
 
     def _count(self) -> int:
-        return self._bytes
+        return self._bytes + self.spare_bytes
 
     def by_purpose(self) -> dict[str, int]:
         """Bytes for each purpose (input, output, program, scratch)."""
@@ -197,9 +211,15 @@ class Memory:
         key: Hashable = None,
         read_back: Callable[[], None] | None = None,
         saved: Callable[[], bool] = lambda: False,
+        form: Hashable = None,
     ) -> Entry:
-        """Take ownership of an object; ``release()`` frees it. With ``owner`` it dies with that buffer."""
-        entry = Entry(next(self._tokens), object, bytes, purpose, release, owner, key, read_back, saved, self.node)
+        """Take ownership of an object; ``release()`` frees it. With ``owner`` it dies with that buffer.
+
+        One with a ``form`` may be kept then, until somebody `take`s one of that form.
+        """
+        entry = Entry(
+            next(self._tokens), object, bytes, purpose, release, owner, key, read_back, saved, self.node, form
+        )
         self._entries[entry.token] = entry
         self._bytes += bytes
         if owner is not None:
@@ -218,6 +238,11 @@ class Memory:
         entry.last_use = next(_clock)
         return entry
 
+    def take(self, form: Hashable) -> Spare | None:
+        """An object of that form that nobody uses any more: the caller's now, to be added again. Or None."""
+        self.drain()
+        return self._spares.take(form)
+
     def resize(self, entry: Entry, bytes: int) -> None:
         """Correct what an entry counts, for memory that passed into the host's hands."""
         if entry.live:
@@ -227,20 +252,30 @@ class Memory:
     def drop(self, entry: Entry) -> None:
         """Free an object now. Device's thread only."""
         if entry.live:
-            entry.live = False
-            del self._entries[entry.token]
-            self._bytes -= entry.bytes
-            if self._by_buffer.get(entry.place) is entry:
-                del self._by_buffer[entry.place]
-            if entry.death is not None:
-                entry.death.detach()
+            self._forget(entry)
             entry.release()
 
+    def _forget(self, entry: Entry) -> None:
+        entry.live = False
+        del self._entries[entry.token]
+        self._bytes -= entry.bytes
+        if self._by_buffer.get(entry.place) is entry:
+            del self._by_buffer[entry.place]
+        if entry.death is not None:
+            entry.death.detach()
+        # What brings it to the host knows it as well: the array there would wait for the garbage collector.
+        entry.read_back, entry.saved = None, bool
+
     def drain(self) -> None:
-        """Free what died buffers left behind. Device's thread only."""
+        """Free what died buffers left behind, or keep it for others. Device's thread only."""
         while self._dead:
             entry = self._entries.get(self._dead.popleft())
-            if entry is not None:
+            if entry is not None and entry.form is not None:
+                self._forget(entry)
+                limit = self.budget.limit
+                most = SPARE_BYTES if limit is None else min(SPARE_BYTES, limit // SPARE_SHARE)
+                self._spares.keep(entry.form, Spare(entry.object, entry.bytes, entry.release), most)
+            elif entry is not None:
                 self.drop(entry)
 
     @contextlib.contextmanager
@@ -265,11 +300,20 @@ class Memory:
         for entry in list(self._entries.values()):
             self.drop(entry)
         self._dead.clear()
+        self._clear_spares()
         with contextlib.suppress(KeyError):
             self.budget.unwatch(self._count)
 
+    def _clear_spares(self) -> None:
+        self._spares.clear()
+        self.host.clear()
+
     def _missing(self, wanted: int) -> int:
-        return self.budget.exceeded(wanted)
+        missing = self.budget.exceeded(wanted)
+        if missing and self.spare_bytes:
+            self._clear_spares()
+            missing = self.budget.exceeded(wanted)
+        return missing
 
     def _evict(self, wanted: int, chosen: Callable[[Entry], bool], save: bool) -> None:
         """Drop entries, oldest use first, until ``wanted`` fits or no candidate is left."""

@@ -189,6 +189,8 @@ class Raycast(Processor):
             )
             bindings.update(given)
             defines.update(switches)
+            if kernel == KERNELS["composite"] and pixel_tolerance == 0.0:
+                frame.interleave(whole)
             if integrator == "adaptive":
                 bindings["tolerance"] = tolerance
         elif mode == "iso":

@@ -100,6 +100,7 @@ class Raycast2D(Processor):
             size, step = coarser(whole, step, coarseness(quality))
         volume = within(value_error, volume, device, memo, explain)
         frame = Casting(device, volume, camera, size, step, interval, gradient)
+        frame.interleave(whole)
         bindings, defines = frame.bindings, frame.defines
         bindings |= {
             "table": memo(table, transfer_function, table_size, table_size),

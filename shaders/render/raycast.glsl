@@ -12,6 +12,9 @@
 #ifndef INTEGRATOR
 #define INTEGRATOR 0    // 0 midpoint, 1 trapezoid, 2 preintegrated, 3 Gauss-Legendre with ORDER points
 #endif
+#ifndef PHASES
+#define PHASES 0        // 1: four neighbouring rays are cut into segments a quarter of a step apart
+#endif
 #ifndef DENSE
 #define DENSE 0         // 1: nearly all can be seen, so light falls on all segments without a question
 #endif
@@ -222,8 +225,22 @@ float next_seen(Leaper leaper, float k, float first, float last) {
 }
 #endif
 
+#if PHASES
+// A ray whose segments begin later, by what its place among four neighbours says.
+Ray shifted(Ray ray, ivec2 at) {
+    ivec2 place = at - at / 2 * 2;
+    float shift = step_length * (place.x == place.y ? 0.25 * float(place.y) : 0.5 + 0.25 * float(place.y));
+    ray.origin += ray.direction * shift;
+    ray.start += shift;
+    return ray;
+}
+#endif
+
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, picture_pixel(at));
+#if PHASES
+    ray = shifted(ray, picture_pixel(at));
+#endif
     Result result = carried_result(at);
     if (result.color.w >= ENOUGH) {
         return result;

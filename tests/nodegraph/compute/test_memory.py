@@ -284,3 +284,67 @@ def test_buffer_limits_of_opencl(cl: Any, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(cl.limits, "object_bytes", NBYTES - 1)
     with pytest.raises(DeviceError, match=rf"^cl: .*16x16x16 takes {NBYTES} bytes, this driver's buffers hold at most"):
         cl.run(SCALE, SHAPE, v=np.zeros((2, 2, 2), np.float32), gain=1.0)
+
+
+def test_what_a_dead_result_lay_in_serves_the_next_of_its_form() -> None:
+    memory = Memory(16_000)
+    first, second = host(), host()
+    thing, _ = add(memory, 200, first, form="picture")
+    other, _ = add(memory, 200, second, form="other")
+    assert memory.take("picture") is None  # it is in use
+    del first, second
+    gc.collect()
+    spare = memory.take("picture")
+    assert spare is not None
+    assert (spare.object, spare.bytes, thing.released, other.released) == (thing, 200, 0, 0)
+    assert (memory.objects, memory.bytes, memory.spare_bytes, memory.budget.used) == (0, 0, 200, 200)
+    assert memory.take("picture") is None
+    memory.close()
+    assert (other.released, memory.spare_bytes, memory.budget.used) == (1, 0, 0)
+
+
+def test_few_spares_are_kept_and_none_under_pressure() -> None:
+    memory = Memory(16_000)  # a share of 1000
+    things = []
+    for _ in range(6):
+        things.append(add(memory, 240, buffer := host(), form="picture")[0])
+        del buffer
+        gc.collect()
+        memory.drain()
+    assert [thing.released for thing in things] == [1, 1, 0, 0, 0, 0]
+    large, _ = add(memory, 260, buffer := host(), form="large")
+    del buffer
+    gc.collect()
+    memory.drain()
+    assert (large.released, memory.spare_bytes) == (1, 960)
+    kept = host()
+    with memory.pinned([add(memory, 15_000, kept)[1]]):
+        memory.reserve(500, "test")
+    assert [thing.released for thing in things] == [1] * 6
+    assert memory.spare_bytes == 0
+
+
+def test_a_result_that_somebody_has_is_never_drawn_over(own: Any) -> None:
+    size = (512, 128)
+    gain = Source.of("uniform float gain;\nvec4 pixel(ivec2 at) { return vec4(gain, at, 1.0); }", "tests/gain.glsl")
+    views, results = [], []
+    for i in range(12):
+        result = own.run(gain, size, gain=float(i))
+        views.append(result.array[:, ::2, 0])  # the array dies, its memory must not
+        if i % 3 == 0:
+            results.append(result)
+        del result
+        own.memory.drain()
+    for i, view in enumerate(views):
+        assert np.all(view == i)
+    for i, kept in enumerate(results):
+        assert np.all(kept.array[..., 0] == 3 * i)
+    nbytes = views[0].base.nbytes
+    assert own.memory.host.nbytes == 0
+    del views, view, results, kept
+    gc.collect()
+    assert 0 < own.memory.host.nbytes <= 4 * (nbytes + 128)
+    pictures = {own.run(gain, size, gain=0.0).array.ctypes.data for _ in range(8)}
+    assert len(pictures) <= 4
+    own.close()
+    assert (own.memory.host.nbytes, own.memory.spare_bytes) == (0, 0)

@@ -64,7 +64,10 @@ def test_along_every_ray_blocks_come_in_order(seed):
     for x, y in np.ndindex(*size):
         origin, direction = camera.ray(size, x, y)
         t = np.linspace(-reach if camera.orthographic else 0.0, reach, 400)[:, None]
-        met = places(volume, transform_points(volume.world_to_index, origin + t * direction))
+        points = transform_points(volume.world_to_index, origin + t * direction)
+        # What lies on a face belongs to both sides, as rounding has it.
+        clear = np.abs(points - SIZE * np.round(points / SIZE)).min(axis=1) > 1e-9
+        met = np.where(clear[:, None], places(volume, points), -1)
         order = [turn[tuple(place)] for place in met if place[0] >= 0]
         assert order == sorted(order)
         for place in {tuple(p) for p in met[t[:, 0] >= 0.0] if p[0] >= 0}:

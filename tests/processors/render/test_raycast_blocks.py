@@ -103,6 +103,13 @@ def test_composite_in_blocks_is_the_picture_in_one_piece(device, blocks_of, seed
     compare(device, both(device, blocks_of, volume, camera, (4, 8)[seed % 2], step=(0.3, 0.8, 1.7)[seed % 3]))
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3, 8])
+def test_rays_that_begin_their_steps_elsewhere_are_cut_there_in_blocks(device, blocks_of, seed):
+    volume, camera = scene(seed)
+    given = {"integrator": "gauss2" if seed % 2 else "midpoint", "step": 1.5, "quality": "interactive/2"}
+    compare(device, both(device, blocks_of, volume, camera, (8, 4)[seed % 2], **given), lit=True)
+
+
 @pytest.mark.parametrize(
     "params", [{"lit": True}, {"mode": "maximum"}, {"mode": "iso", "iso_value": 0.6}], ids=["lit", "maximum", "iso"]
 )
@@ -126,6 +133,7 @@ def test_every_integrator_can_be_carried(gl, blocks_of, integrator):
         {"skip": False, "mode": "maximum"},
         {"depth_opacity": 0.0},
         {"step": 6.0, "integrator": "trapezoid"},
+        {"quality": "interactive/4", "step": 2.0},
     ],
     ids=str,
 )
