@@ -25,6 +25,9 @@ Box = tuple[slice, ...]
 KEPT_BYTES = 256 << 20
 """Bytes of unpacked chunks that one array keeps: a layer of 64 planes of 1024 x 1024 numbers of 16 bits, twice."""
 
+PIECE_BYTES = 16 << 20
+"""Bytes that a file is asked for at once: readers hold all chunks of a request, packed and unpacked, till it is done."""
+
 ROOM_SHARE = 0.8
 """The share of the free memory that a whole array may take when somebody asks for all of it."""
 
@@ -98,7 +101,7 @@ class ChunkedArray:
                 "choose a coarser level, or a processor that reads block by block",
                 file=self.place,
             )
-        return self._checked(tuple(slice(0, n) for n in self.shape))
+        return self._in_pieces(tuple(slice(0, n) for n in self.shape))
 
     def block(self, low: Sequence[int], high: Sequence[int], keep: bool = True) -> Array:
         """The numbers at low <= index < high, one pair for each axis, within the shape.
@@ -110,7 +113,7 @@ class ChunkedArray:
         ends = [-(-s.stop // c) for s, c in zip(box, self.chunks, strict=True)]
         touched = math.prod((b - a) * c for a, b, c in zip(firsts, ends, self.chunks, strict=True))
         if not keep or touched * self.dtype.itemsize > self.kept_bytes // 2:
-            return self._checked(box)
+            return self._in_pieces(box)
         out = np.empty([s.stop - s.start for s in box], self.dtype)
         for key, chunk in self._chunks([range(a, b) for a, b in zip(firsts, ends, strict=True)]):
             starts = [k * c for k, c in zip(key, self.chunks, strict=True)]
@@ -121,6 +124,28 @@ class ChunkedArray:
                 into.append(slice(a - s.start, b - s.start))
             out[tuple(into)] = chunk[tuple(from_)]
         return out
+
+    def _in_pieces(self, box: Box) -> Array:
+        pieces = list(self._pieces(box))
+        if len(pieces) == 1:
+            return self._checked(box)
+        out = np.empty([s.stop - s.start for s in box], self.dtype)
+        for piece in pieces:
+            into = tuple(slice(p.start - s.start, p.stop - s.start) for p, s in zip(piece, box, strict=True))
+            out[into] = self._checked(piece)
+        return out
+
+    def _pieces(self, box: Box) -> Iterator[Box]:
+        """Cut a box at borders of chunks, the slowest axis first, until nothing large is left that can be cut."""
+        if math.prod(s.stop - s.start for s in box) * self.dtype.itemsize > PIECE_BYTES:
+            for axis, (s, c) in enumerate(zip(box, self.chunks, strict=True)):
+                first, last = s.start // c, (s.stop - 1) // c
+                if last > first:
+                    middle = (first + last + 1) // 2 * c
+                    yield from self._pieces((*box[:axis], slice(s.start, middle), *box[axis + 1 :]))
+                    yield from self._pieces((*box[:axis], slice(middle, s.stop), *box[axis + 1 :]))
+                    return
+        yield box
 
     def _chunks(self, ranges: list[range]) -> Iterator[tuple[tuple[int, ...], Array]]:
         """Yield the chunks of a box of chunk indices; those that are missing are read together where they adjoin."""

@@ -48,6 +48,28 @@ def test_any_blocks_in_any_order_are_those_of_the_array(data):
         assert recorder.array.resident <= recorder.array.kept_bytes
 
 
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_much_is_asked_for_in_pieces_at_borders_of_chunks(data):
+    """A reader holds all chunks of a request at once, so none is larger than it must be, and no chunk is read twice."""
+    shape = data.draw(st.tuples(*[st.integers(1, 12)] * 3))
+    sizes = tuple(min(c, n) for c, n in zip(data.draw(st.tuples(*[st.integers(1, 12)] * 3)), shape, strict=True))
+    recorder = Recorder(numbers(*shape), sizes)
+    low = [data.draw(st.integers(0, n - 1)) for n in shape]
+    high = [data.draw(st.integers(a + 1, n)) for a, n in zip(low, shape, strict=True)]
+    most = data.draw(st.sampled_from((2, 40, 300)))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chunks, "PIECE_BYTES", most)
+        found = recorder.array.block(low, high, keep=False)
+        whole = recorder.array.whole()
+    assert np.array_equal(found, recorder.base[tuple(map(slice, low, high))])
+    assert np.array_equal(whole, recorder.base)
+    assert recorder.numbers == found.size + whole.size
+    for box in recorder.boxes:
+        one_chunk = all(s.start // c == (s.stop - 1) // c for s, c in zip(box, sizes, strict=True))
+        assert one_chunk or np.prod([s.stop - s.start for s in box]) * 2 <= most
+
+
 def test_what_overlaps_is_read_once():
     """Blocks of 8 cells with a shared plane: 9 voxels, and yet each chunk is read one time."""
     recorder = Recorder(numbers(33, 33, 33), (8, 8, 8))
