@@ -26,7 +26,7 @@ KEPT_BYTES = 256 << 20
 """Bytes of unpacked chunks that one array keeps: a layer of 64 planes of 1024 x 1024 numbers of 16 bits, twice."""
 
 PIECE_BYTES = 16 << 20
-"""Bytes that a file is asked for at once: readers hold all chunks of a request, packed and unpacked, till it is done."""
+"""Bytes that a file is asked for at once: readers hold all chunks of a request, packed and unpacked."""
 
 ROOM_SHARE = 0.8
 """The share of the free memory that a whole array may take when somebody asks for all of it."""

@@ -46,7 +46,7 @@ def main(arguments: Sequence[str]) -> int:
     lowest: list[Stage] = []
     with Engine("gl", disk=False) as engine:
         if "compare" in parts:
-            compared = compare_all((asked.side, asked.side), engine, asked.unlit)
+            compared = compare_all(asked.side, engine, asked.unlit)
         if "orbit" in parts:
             turned = orbits((asked.side, asked.side), engine, say)
         if "sizes" in parts:
@@ -71,16 +71,15 @@ def main(arguments: Sequence[str]) -> int:
     return 1 if missed else 0
 
 
-def compare_all(size: tuple[int, int], engine: Engine, unlit: bool = False) -> list[Comparison]:
-    """All scenes; those with light after the same without."""
-    done: dict[str, Comparison] = {}
-    for scene in scenes(size):
+def compare_all(side: int, engine: Engine, unlit: bool = False) -> list[Comparison]:
+    """All scenes, those with light at half the side."""
+    done = []
+    for scene in scenes(side):
         if unlit and scene.lit:
             continue
         say(f"{scene.name}: {scene.visible_share():.1%} of the voxels can be seen; making the reference")
-        truth = Ours(scene, engine).truth(say)
-        done[scene.name] = compare(scene, engine, truth, done.get(scene.name.split(",")[0]), say)
-    return list(done.values())
+        done.append(compare(scene, engine, Ours(scene, engine).truth(say), say))
+    return done
 
 
 def say(text: str) -> None:

@@ -37,7 +37,7 @@ class Match:
     whole: the cheapest of those of ours in which the ray of every pixel is cast.
     """
 
-    scene: str
+    scene: Scene
     kind: str
     theirs: Point
     bar: float
@@ -56,7 +56,7 @@ class Match:
 
     @property
     def wanted(self) -> float:
-        return WANTED[self.scene.split(",")[0], self.kind]
+        return WANTED[self.scene.name.split(",")[0], self.kind]
 
 
 @dataclass
@@ -83,10 +83,9 @@ class Comparison:
         return advantage(self.ours[kind], granted)
 
 
-def compare(
-    scene: Scene, engine: Engine, truth: Picture, plain: Comparison | None, say: Callable[[str], None]
-) -> Comparison:
-    """Measure a scene. ``truth``: its reference. ``plain``: what was found of the same scene without light, if lit."""
+def compare(scene: Scene, engine: Engine, truth: Picture, say: Callable[[str], None]) -> Comparison:
+    """Measure a scene. ``truth``: its reference."""
+    granted = unlit_errors(scene, engine, say) if scene.lit else {}
     result = Comparison(scene, pictures={"reference": truth})
     jiggled = cameras(scene)
     peers = {kind: Vtk(scene, kind) for kind in KINDS}
@@ -97,8 +96,7 @@ def compare(
             rmse, maximum = errors(picture := peer.picture(step), truth)
             seconds = timed(lambda step=step, peer=peer: peer.frame(step, next(jiggled)))
             result.theirs[kind].append(Point({"step": step}, seconds, rmse, maximum))
-            foreign = kind == "fixed-point" and scene.lit and plain is not None
-            result.bars[kind, step] = plain.bars[kind, step] if foreign and plain is not None else rmse
+            result.bars[kind, step] = granted[step] if scene.lit and kind == "fixed-point" else rmse
             if step == 1.0:
                 result.pictures[kind] = picture
             say(f"{scene.name}: {kind}, step {step:.3g}: {seconds * 1000:.0f} ms, rmse {rmse:.2e}, max {maximum:.2e}")
@@ -119,6 +117,15 @@ def compare(
     for peer in peers.values():
         peer.close()
     return result
+
+
+def unlit_errors(scene: Scene, engine: Engine, say: Callable[[str], None]) -> dict[float, float]:
+    """Errors of the fixed-point mapper by step, in a scene without its light."""
+    plain = replace(scene, name=scene.name.split(",")[0], lit=False)
+    truth, peer = Ours(plain, engine).truth(say), Vtk(plain, "fixed-point")
+    found = {step: errors(peer.picture(step), truth)[0] for step in STEPS}
+    peer.close()
+    return found
 
 
 def our_points(
@@ -157,7 +164,7 @@ def _match(found: Comparison, kind: str, step: float, peer: Vtk, ours: Ours, jig
     timed_again = [replace(candidate, seconds=taken[str(i)]) for i, candidate in enumerate(candidates)]
     timed_again.sort(key=lambda point: point.seconds)
     best, whole = next(iter(timed_again), None), next(filter(is_whole, timed_again), None)
-    return Match(found.scene.name, kind, replace(theirs, seconds=taken["theirs"]), bar, best, whole)
+    return Match(found.scene, kind, replace(theirs, seconds=taken["theirs"]), bar, best, whole)
 
 
 def is_whole(point: Point) -> bool:
@@ -179,7 +186,7 @@ def _line(match: Match) -> str:
         else "nothing of ours is as accurate"
     )
     return (
-        f"{match.scene}: {match.kind}, {theirs.label}: {theirs.seconds * 1000:.0f} ms, rmse {match.bar:.2e} | {told} | "
+        f"{match.scene.name}: {match.kind}, {theirs.label}: {theirs.seconds * 1000:.0f} ms, rmse {match.bar:.2e} | {told} | "
         f"{match.factor:.2f} x, wanted {match.wanted:g} x, {match.whole_factor:.2f} x with every ray"
     )
 

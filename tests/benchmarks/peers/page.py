@@ -25,7 +25,7 @@ BEGIN, END = "<!-- measured: written by make bench-peers -->", "<!-- end of what
 def missed(compared: Sequence[Comparison], turned: Sequence[Orbit]) -> list[str]:
     """What is not as it is wanted, a sentence each."""
     lines = [
-        f"{match.scene}, {NAMES[match.kind]}, step {match.theirs.settings['step']:g}: "
+        f"{match.scene.name}, {NAMES[match.kind]}, step {match.theirs.settings['step']:g}: "
         f"{match.factor:.2f} times as fast, {match.wanted:g} is wanted"
         for found in compared
         for match in found.matches
@@ -83,9 +83,9 @@ def _matches(compared: Sequence[Comparison]) -> str:
     lines = [
         "## Time at no larger error",
         "",
-        "| scene | VTK, step in voxels | VTK | its RMSE | bar | nodegraph | our RMSE | our setting | faster | wanted | "
+        "| scene | pixels | VTK, step in voxels | VTK | its RMSE | bar | nodegraph | our RMSE | our setting | faster | wanted | "
         "with every ray |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     lines += [_row(match) for found in compared for match in found.matches]
     return "\n".join(lines)
@@ -93,7 +93,13 @@ def _matches(compared: Sequence[Comparison]) -> str:
 
 def _row(match: Match) -> str:
     theirs, ours = match.theirs, match.ours
-    cells = [match.scene, f"{match.kind}, {theirs.settings['step']:g}", ms(theirs.seconds), f"{theirs.rmse:.2e}"]
+    cells = [
+        match.scene.name,
+        f"{match.scene.size[0]}^2",
+        f"{match.kind}, {theirs.settings['step']:g}",
+        ms(theirs.seconds),
+        f"{theirs.rmse:.2e}",
+    ]
     cells += [f"{match.bar:.2e}"]
     cells += [ms(ours.seconds), f"{ours.rmse:.2e}", ours.label] if ours else ["", "", "none is as accurate"]
     return f"| {' | '.join([*cells, f'{match.factor:.1f} x', f'{match.wanted:g} x', f'{match.whole_factor:.1f} x'])} |"

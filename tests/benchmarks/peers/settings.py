@@ -8,13 +8,13 @@ from typing import Any
 
 STEPS = tuple(2.0 ** (k / 2) for k in range(8, -7, -1))
 """Lengths of a segment, voxels, coarse to fine: 16 to 1/8."""
-LONG_STEPS = STEPS[4:9]
-"""Those that an interactive level does not lengthen, 4 to 1."""
+LEVEL_STEPS = tuple(2.0 ** (k / 4) for k in range(8, -7, -1))
+"""With interactive levels, 4 to 0.35: a level lengthens what is below 1, so that pictures grow instead."""
 TOLERANCES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 TERMINATION = 254.0 / 255.0
 """Where VTK's GPU mapper ends a ray."""
 PAIRS = (256, 1024)
-PIXEL_TOLERANCES = (0.03,)
+PIXEL_TOLERANCES = (0.01,)
 """Of rays that are not cast where those around agree; for the integrators that are cheapest a sample."""
 LEVELS = (2, 4, 8)
 """Interactive quality: about one n-th of the work, as a smaller picture that is enlarged."""
@@ -48,4 +48,4 @@ def ladders() -> Iterator[list[Settings]]:
             for tolerance in TOLERANCES
         ]
     for n in LEVELS:
-        yield [{"integrator": "midpoint", "step": step, "termination": TERMINATION, "level": n} for step in LONG_STEPS]
+        yield [{"integrator": "midpoint", "step": step, "termination": TERMINATION, "level": n} for step in LEVEL_STEPS]
