@@ -186,8 +186,8 @@ def _line(match: Match) -> str:
         else "nothing of ours is as accurate"
     )
     return (
-        f"{match.scene.name}: {match.kind}, {theirs.label}: {theirs.seconds * 1000:.0f} ms, rmse {match.bar:.2e} | {told} | "
-        f"{match.factor:.2f} x, wanted {match.wanted:g} x, {match.whole_factor:.2f} x with every ray"
+        f"{match.scene.name}: {match.kind}, {theirs.label}: {theirs.seconds * 1000:.0f} ms, rmse {match.bar:.2e} | "
+        f"{told} | {match.factor:.2f} x, wanted {match.wanted:g} x, {match.whole_factor:.2f} x with every ray"
     )
 
 

@@ -83,8 +83,8 @@ def _matches(compared: Sequence[Comparison]) -> str:
     lines = [
         "## Time at no larger error",
         "",
-        "| scene | pixels | VTK, step in voxels | VTK | its RMSE | bar | nodegraph | our RMSE | our setting | faster | wanted | "
-        "with every ray |",
+        "| scene | pixels | VTK, step in voxels | VTK | its RMSE | bar | nodegraph | our RMSE | our setting | faster | "
+        "wanted | with every ray |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     lines += [_row(match) for found in compared for match in found.matches]
@@ -93,13 +93,9 @@ def _matches(compared: Sequence[Comparison]) -> str:
 
 def _row(match: Match) -> str:
     theirs, ours = match.theirs, match.ours
-    cells = [
-        match.scene.name,
-        f"{match.scene.size[0]}^2",
-        f"{match.kind}, {theirs.settings['step']:g}",
-        ms(theirs.seconds),
-        f"{theirs.rmse:.2e}",
-    ]
+    step = theirs.settings["step"]
+    cells = [match.scene.name, f"{match.scene.size[0]}^2", f"{match.kind}, {step:g}"]
+    cells += [ms(theirs.seconds), f"{theirs.rmse:.2e}"]
     cells += [f"{match.bar:.2e}"]
     cells += [ms(ours.seconds), f"{ours.rmse:.2e}", ours.label] if ours else ["", "", "none is as accurate"]
     return f"| {' | '.join([*cells, f'{match.factor:.1f} x', f'{match.wanted:g} x', f'{match.whole_factor:.1f} x'])} |"
