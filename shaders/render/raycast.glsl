@@ -161,9 +161,12 @@ Sum add(Sum sum, vec3 color, float depth) {
     return sum;
 }
 
-// Length of the segment that would begin at `start` if nothing cut it. From the whole step, which is exact.
-float length_of(float start, vec2 range) {
-    return max(step_length - max(range.x - start, 0.0) - max(start + step_length - range.y, 0.0), 0.0);
+// Lengths of segments that would begin at `starts` if nothing cut them. From the whole step, which is exact.
+vec4 lengths_of(vec4 starts, vec2 range) {
+    vec4 nothing = vec4(0.0);
+    vec4 before = max(range.x - starts, nothing);
+    vec4 behind = max(starts + step_length - range.y, nothing);
+    return max(step_length - before - behind, nothing);
 }
 
 // Four segments in a row, without a question.
@@ -179,17 +182,9 @@ struct Group {
 
 Group group_at(Ray ray, float k, float first, float last, vec2 range) {
     Group group;
-    group.starts = vec4(k, k + 1.0, k + 2.0, k + 3.0) * step_length;
-    group.lengths = vec4(step_length);
-    // The first and the last of the ray are cut, and there is nothing of those behind.
-    bool cut = k == first || k + 3.0 >= last;
-    while (cut) {  // at most once; an if so small is computed always, and chosen from
-        vec4 starts = group.starts;
-        group.lengths = vec4(
-            length_of(starts.x, range), length_of(starts.y, range), length_of(starts.z, range), length_of(starts.w, range));
-        group.starts = max(starts, range.x);
-        cut = false;
-    }
+    vec4 starts = vec4(k, k + 1.0, k + 2.0, k + 3.0) * step_length;
+    group.lengths = lengths_of(starts, range);
+    group.starts = max(starts, vec4(range.x));
     group.front = end_of_segment(ray, group.starts.x);
 #if CARRIED
     // Those behind the last one belong to another block.
@@ -236,6 +231,26 @@ Ray shifted(Ray ray, ivec2 at) {
 }
 #endif
 
+// Where on a ray an optical depth is reached, in the group that begins with segment k and has such depths.
+float place_of(float wanted, vec4 depths, float k, vec2 range) {
+    float second = wanted - depths.x;
+    float third = second - depths.y;
+    float fourth = third - depths.z;
+    // Rounding may leave a little more to be passed than there is.
+    const float NEARLY = 1.0 - 1.0e-6;
+    bool in_first = depths.x > 0.0 && depths.x >= wanted * NEARLY;
+    bool in_second = depths.y > 0.0 && depths.y >= second * NEARLY;
+    bool in_third = depths.z > 0.0 && depths.z >= third * NEARLY;
+    float i = in_first ? 0.0 : in_second ? 1.0 : in_third ? 2.0 : 3.0;
+    float left = in_first ? wanted : in_second ? second : in_third ? third : fourth;
+    float depth = in_first ? depths.x : in_second ? depths.y : in_third ? depths.z : depths.w;
+    float begin = (k + i) * step_length;
+    float start = max(begin, range.x);
+    // All of it where there is nothing, which is behind the last segment.
+    float share = depth > 0.0 ? clamp(left / depth, 0.0, 1.0) : 1.0;
+    return start + (min(begin + step_length, range.y) - start) * share;
+}
+
 Result pixel(ivec2 at) {
     Ray ray = cast_ray(camera, picture_pixel(at));
 #if PHASES
@@ -266,8 +281,9 @@ Result pixel(ivec2 at) {
     Sum run = Sum(vec3(0.0), 0.0);
     float groups = 0.0;
     float hidden = sum.hidden;
-    // The group in which `depth_opacity` is passed, and what was hidden before it.
-    vec2 crossing = vec2(-FAR, 0.0);
+    // The group in which `depth_opacity` is passed: its first segment, what was hidden before it, its optical depths.
+    vec2 crossing = vec2(0.0);
+    vec4 crossed = vec4(0.0);
     // One loop and not one for each run: llvmpipe goes through the body of a loop once more after all have left it.
     while (k <= last && hidden < ENOUGH) {
 #if LIT && !DENSE
@@ -287,12 +303,13 @@ Result pixel(ivec2 at) {
 #endif
             searching = k <= last && !any(greaterThan(depths, vec4(0.0)));
         }
+        crossed = hidden <= depth_opacity ? depths : crossed;
         crossing = hidden <= depth_opacity ? vec2(begin, hidden) : crossing;
         float i = depths.x > 0.0 ? 0.0 : depths.y > 0.0 ? 1.0 : depths.z > 0.0 ? 2.0 : depths.w > 0.0 ? 3.0 : 4.0;
         while (i < 4.0) {
             float at = begin + i;
             float start = max(at * step_length, range.x);
-            float length = length_of(at * step_length, range);
+            float length = lengths_of(vec4(at * step_length), range).x;
             vec4 front = end_of_segment(ray, start);
             Segment part = segment(ray, at, start, length, range.y, front);
             run = add(run, light_on(ray, at, start, length, front, part), part.depth);
@@ -300,6 +317,8 @@ Result pixel(ivec2 at) {
         }
 #else
         Group group = group_at(ray, k, first, last, range);
+        vec4 depths = vec4(group.one.depth, group.two.depth, group.three.depth, group.four.depth);
+        crossed = hidden <= depth_opacity ? depths : crossed;
         crossing = hidden <= depth_opacity ? vec2(k, hidden) : crossing;
 #if LIT
         Group dark = group;
@@ -333,19 +352,7 @@ Result pixel(ivec2 at) {
     result.color = vec4(sum.color, sum.hidden);
     if (sum.hidden >= depth_opacity && sum.hidden > 0.0 && isinf(result.depth)) {
         float wanted = log((1.0 - crossing.y) / (1.0 - depth_opacity));
-        float found = FAR;
-        vec4 front = end_of_segment(ray, max(crossing.x * step_length, range.x));
-        for (float i = crossing.x; i < crossing.x + 4.0 && i <= last && found == FAR; i += 1.0) {
-            float start = max(i * step_length, range.x);
-            float length = min((i + 1.0) * step_length, range.y) - start;
-            Segment part = segment(ray, i, start, length, range.y, front);
-            front = part.back;
-            if (part.depth >= wanted * (1.0 - 1.0e-6) && part.depth > 0.0) {
-                found = start + length * clamp(wanted / part.depth, 0.0, 1.0);
-            }
-            wanted -= part.depth;
-        }
-        result.depth = (ray.start + (found < FAR ? found : (crossing.x + 4.0) * step_length)) * ray.cosine;
+        result.depth = (ray.start + place_of(wanted, crossed, crossing.x, range)) * ray.cosine;
     }
     return result;
 }

@@ -112,6 +112,8 @@ def _integrators() -> list[tuple[str, dict[str, Any]]]:
         cases += [(f"{integrator}-lit", both | lit)]
     many = {"volume": VOLUME, "transfer_function": KEYED, "integrator": "adaptive", "camera": CAMERA, "lit": False}
     cases += [("adaptive-many-keys", many)]
+    phases = {"volume": VOLUME, "transfer_function": SPARSE, "camera": CAMERA, "quality": "interactive/2"}
+    cases += [("interactive", phases), ("interactive-gauss2", phases | {"integrator": "gauss2", "lit": False})]
     for mode in ("composite", "maximum", "first_hit", "iso"):
         values = {"volume": VOLUME, "transfer_function": SPARSE, "mode": mode, "termination": 1.0, "lit": False}
         values |= {"camera": CAMERA, "iso_value": 0.75, "hit_extinction": 0.1}
@@ -150,6 +152,7 @@ CASES: list[tuple[str, str, dict[str, Any]]] = [
         "volume": STORED if kind == "nearest" else VOLUME, "coloring": look, "interpolation": kind,
         "transfer_function": FUNCTION, "plane": Plane((1.0, 2.0, 3.0), (0.3, -0.8, 0.5))})
         for look in ("window", "transfer_function") for kind in ("linear", "nearest")),
+    ("render.slice", "interactive", {"volume": VOLUME, "plane": Plane(), "quality": "interactive/4"}),
     *(("render.entry_exit_points", camera.projection, {"geometry": _box, "camera": camera})
         for camera in (CAMERA, CAMERA.with_(projection="orthographic", height=60.0))),
     ("render.entry_exit_points", "front", {"geometry": _box, "camera": CAMERA, "front": FRONT}),
@@ -226,8 +229,8 @@ def test_every_variant_is_among_the_cases(gl: Any) -> None:
         for path in locations.shaders().rglob("*.glsl")
         if path.parent.name != "common"
     }
-    # Enlarged and sparse pictures, and volumes in blocks, have tests of their own beside the ray-caster's.
-    kernels -= {"render/enlarge", "render/sparse"}
+    # Sparse pictures, and volumes in blocks, have tests of their own beside the ray-caster's.
+    kernels -= {"render/sparse"}
     assert {kernel for kernel, _ in ASKED} == kernels
     for kernel in kernels:
         asked = [dict(defines) for name, defines in ASKED if name == kernel]
