@@ -32,9 +32,9 @@ WANTED = {
 class Match:
     """One picture of VTK's, and the cheapest of ours that is no worse.
 
-    bar:   the error that ours had to keep. It is that of VTK's picture, but for the lit pictures of the fixed-point
-           mapper, see `Comparison.bars`.
-    whole: the cheapest of those of ours in which the ray of every pixel is cast.
+    bar:    the error that ours had to keep.
+    strict: the bar is not the error of VTK's picture, but see `Comparison.unlit`.
+    whole:  the cheapest of those of ours in which the ray of every pixel is cast.
     """
 
     scene: Scene
@@ -43,6 +43,7 @@ class Match:
     bar: float
     ours: Point | None
     whole: Point | None = None
+    strict: bool = False
 
     @property
     def factor(self) -> float:
@@ -63,30 +64,29 @@ class Match:
 class Comparison:
     """All that was measured of one scene.
 
-    bars: for each picture of VTK's, the error that ours must keep, by kind and step. The fixed-point mapper lights by
-          another model (normals of voxels, rounded to a few thousand directions, and their shades interpolated), so
-          its lit pictures converge to others than ours. They are granted the error of its unlit pictures of the same
-          step, which is what its way of integrating costs and nothing else.
+    unlit: by step, errors of the fixed-point mapper in the same scene without light, if it has light. It lights by
+           another model (normals of voxels, rounded to a few thousand directions, and their shades interpolated), so
+           its lit pictures converge to others than ours, and these errors are what its way of integrating costs.
     ours: by kind of the peer, because pictures are compared in the peer's number of bits.
     """
 
     scene: Scene
     theirs: dict[str, list[Point]] = field(default_factory=dict)
-    bars: dict[tuple[str, float], float] = field(default_factory=dict)
+    unlit: dict[float, float] = field(default_factory=dict)
     ours: dict[str, list[Point]] = field(default_factory=dict)
     matches: list[Match] = field(default_factory=list)
     pictures: dict[str, Picture] = field(default_factory=dict)
 
     def advantage(self, kind: str) -> float:
         """The least factor over all steps of the peer, by times that were not taken in turns."""
-        granted = [replace(point, rmse=self.bars[kind, point.settings["step"]]) for point in self.theirs[kind]]
-        return advantage(self.ours[kind], granted)
+        return advantage(self.ours[kind], self.theirs[kind])
 
 
 def compare(scene: Scene, engine: Engine, truth: Picture, say: Callable[[str], None]) -> Comparison:
     """Measure a scene. ``truth``: its reference."""
-    granted = unlit_errors(scene, engine, say) if scene.lit else {}
     result = Comparison(scene, pictures={"reference": truth})
+    if scene.lit:
+        result.unlit = unlit_errors(scene, engine, say)
     jiggled = cameras(scene)
     peers = {kind: Vtk(scene, kind) for kind in KINDS}
     ours = Ours(scene, engine)
@@ -96,20 +96,25 @@ def compare(scene: Scene, engine: Engine, truth: Picture, say: Callable[[str], N
             rmse, maximum = errors(picture := peer.picture(step), truth)
             seconds = timed(lambda step=step, peer=peer: peer.frame(step, next(jiggled)))
             result.theirs[kind].append(Point({"step": step}, seconds, rmse, maximum))
-            result.bars[kind, step] = granted[step] if scene.lit and kind == "fixed-point" else rmse
             if step == 1.0:
                 result.pictures[kind] = picture
             say(f"{scene.name}: {kind}, step {step:.3g}: {seconds * 1000:.0f} ms, rmse {rmse:.2e}, max {maximum:.2e}")
     ceiling = max(point.seconds for points in result.theirs.values() for point in points)
-    for kind, found in our_points(ours, truth, list(result.bars.values()), ceiling, jiggled):
+    bars = [point.rmse for points in result.theirs.values() for point in points] + list(result.unlit.values())
+    for kind, found in our_points(ours, truth, bars, ceiling, jiggled):
         result.ours.setdefault(kind, []).append(found)
         if kind == KINDS[0]:
             say(f"{scene.name}: ours, {found.label}: {found.seconds * 1000:.0f} ms, rmse {found.rmse:.2e}")
     for kind, peer in peers.items():
         for step in TOLD:
-            match = _match(result, kind, step, peer, ours, jiggled)
-            result.matches.append(match)
-            say(_line(match))
+            theirs = next(point for point in result.theirs[kind] if point.settings["step"] == step)
+            matches = [_match(result, kind, theirs, theirs.rmse, peer, ours, jiggled)]
+            if result.unlit and kind == "fixed-point":
+                other = _match(result, kind, theirs, result.unlit[step], peer, ours, jiggled)
+                matches.append(replace(other, strict=True))
+            result.matches += matches
+            for match in matches:
+                say(_line(match))
     if result.matches and result.matches[0].ours:
         best = next((m.ours for m in result.matches if m.kind == "gpu" and m.theirs.settings["step"] == 1.0), None)
         if best:
@@ -150,10 +155,11 @@ def our_points(
                 break
 
 
-def _match(found: Comparison, kind: str, step: float, peer: Vtk, ours: Ours, jiggled: Iterator[Camera]) -> Match:
-    """Time one picture of VTK's in turns with the most promising of ours."""
-    bar = found.bars[kind, step]
-    theirs = next(point for point in found.theirs[kind] if point.settings["step"] == step)
+def _match(
+    found: Comparison, kind: str, theirs: Point, bar: float, peer: Vtk, ours: Ours, jiggled: Iterator[Camera]
+) -> Match:
+    """Time one picture of VTK's in turns with the most promising of ours whose error is at most ``bar``."""
+    step = theirs.settings["step"]
     promising = cheapest(found.ours[kind], bar, CANDIDATES)
     cast = cheapest([point for point in found.ours[kind] if is_whole(point)], bar, CANDIDATES)
     candidates = promising + [point for point in cast if point not in promising]

@@ -29,7 +29,7 @@ def missed(compared: Sequence[Comparison], turned: Sequence[Orbit]) -> list[str]
         f"{match.factor:.2f} times as fast, {match.wanted:g} is wanted"
         for found in compared
         for match in found.matches
-        if match.factor < match.wanted
+        if match.factor < match.wanted and not match.strict
     ]
     lines += [
         f"{found.scene.name}: the front lies above that of {NAMES[kind]}"
@@ -98,7 +98,8 @@ def _row(match: Match) -> str:
     cells += [ms(theirs.seconds), f"{theirs.rmse:.2e}"]
     cells += [f"{match.bar:.2e}"]
     cells += [ms(ours.seconds), f"{ours.rmse:.2e}", ours.label] if ours else ["", "", "none is as accurate"]
-    return f"| {' | '.join([*cells, f'{match.factor:.1f} x', f'{match.wanted:g} x', f'{match.whole_factor:.1f} x'])} |"
+    wanted = "" if match.strict else f"{match.wanted:g} x"
+    return f"| {' | '.join([*cells, f'{match.factor:.1f} x', wanted, f'{match.whole_factor:.1f} x'])} |"
 
 
 def _fronts(compared: Sequence[Comparison]) -> str:

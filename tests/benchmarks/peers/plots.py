@@ -35,8 +35,10 @@ def plot_fronts(comparisons: Sequence[Comparison], path: Path) -> None:
             label=NAMES["ours"],
         )
         for kind, points in found.theirs.items():
-            bars = [found.bars[kind, p.settings["step"]] for p in points]
-            panel.plot([p.seconds * 1e3 for p in points], bars, "s--", ms=4, color=COLORS[kind], label=NAMES[kind])
+            times, style = [p.seconds * 1e3 for p in points], {"ms": 4, "color": COLORS[kind]}
+            panel.plot(times, [p.rmse for p in points], "s--", label=NAMES[kind], **style)
+            if found.unlit and kind == "fixed-point":
+                panel.plot(times, [found.unlit[p.settings["step"]] for p in points], "s:", alpha=0.5, **style)
         panel.set(xscale="log", yscale="log", title=found.scene.name, xlabel="ms a frame", ylabel="RMSE, linear RGB")
         _plain(panel.xaxis)
         panel.grid(alpha=0.3, which="both")
