@@ -18,6 +18,7 @@ from tests.benchmarks.peers import page, plots
 from tests.benchmarks.peers.compare import Comparison, compare
 from tests.benchmarks.peers.floor import Stage, stages
 from tests.benchmarks.peers.large import Large, large
+from tests.benchmarks.peers.limit import Counts, counts
 from tests.benchmarks.peers.orbit import Orbit, orbits
 from tests.benchmarks.peers.ours import Ours
 from tests.benchmarks.peers.scenes import scenes
@@ -44,6 +45,7 @@ def main(arguments: Sequence[str]) -> int:
     sized: list[Cost] = []
     streamed: list[Large] = []
     lowest: list[Stage] = []
+    counted: list[Counts] = []
     with Engine("gl", disk=False) as engine:
         if "compare" in parts:
             compared = compare_all(asked.side, engine, asked.unlit)
@@ -57,6 +59,10 @@ def main(arguments: Sequence[str]) -> int:
         for stage in stages():
             say(f"{stage.name}: {stage.nanoseconds:.1f} ns of processor time a sample")
             lowest.append(stage)
+        for scene in scenes(asked.side)[:2]:
+            for found in counts(scene):
+                say(f"{found.scene}, step {found.step:g}: {found.samples:.1f} samples, {found.leaps:.1f} leaps a ray")
+                counted.append(found)
     folder = asked.out or (page.DOCS if set(parts) == set(PARTS) and asked.side == SIDE else None)
     if folder is not None:
         if compared:
@@ -64,7 +70,7 @@ def main(arguments: Sequence[str]) -> int:
             plots.sheet(compared, folder / page.PICTURES)
         if sized:
             plots.plot_costs(sized, folder / page.COSTS, streamed)
-        page.write(folder / page.NAME, compared, turned, sized, lowest, streamed)
+        page.write(folder / page.NAME, compared, turned, sized, lowest, streamed, counted)
     missed = page.missed(compared, turned)
     for line in missed:
         print(f"missed: {line}")

@@ -11,6 +11,7 @@ from tests.benchmarks.measure import ms
 from tests.benchmarks.peers.compare import Comparison, Match
 from tests.benchmarks.peers.floor import Stage
 from tests.benchmarks.peers.large import Large
+from tests.benchmarks.peers.limit import Counts
 from tests.benchmarks.peers.orbit import WANTED, Orbit
 from tests.benchmarks.peers.plots import GAIN, NAMES
 from tests.benchmarks.peers.sizes import Cost
@@ -51,6 +52,7 @@ def write(
     sized: Sequence[Cost],
     lowest: Sequence[Stage],
     streamed: Sequence[Large] = (),
+    counted: Sequence[Counts] = (),
 ) -> None:
     """Put the figures between the two marks of the page; the text around them stays."""
     from tests.benchmarks.measure import machine
@@ -68,6 +70,8 @@ def write(
         parts.append(_large(streamed))
     if lowest:
         parts.append(_floor(lowest))
+    if counted:
+        parts.append(_limit(counted, lowest, compared))
     page = path if path.exists() else DOCS / NAME
     text = page.read_text("utf-8")
     measured = f"{BEGIN}\n\n" + "\n\n".join(parts) + f"\n\n{END}"
@@ -189,3 +193,31 @@ def _floor(lowest: Sequence[Stage]) -> str:
         "| --- | --- |",
     ]
     return "\n".join(lines + [f"| {stage.name} | {stage.nanoseconds:.1f} ns |" for stage in lowest])
+
+
+def _limit(counted: Sequence[Counts], lowest: Sequence[Stage], compared: Sequence[Comparison]) -> str:
+    lines = [
+        "## The limit",
+        "",
+        "What a ray takes on average, and how long a frame would take if reading voxels and bricks were all that is "
+        "done, at these costs and on all cores. Samples and leaps are those of the busiest of eight neighbouring rays. "
+        "Beside it what the wanted factors come to at the same step.",
+        "",
+        "| scene | step | segments in the volume | samples that can be seen | samples in step | leaps in step | "
+        "reading alone | wanted against GPU mapper | against fixed-point mapper |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for one in counted:
+        matches = [
+            match
+            for found in compared
+            for match in found.matches
+            if (match.scene.name, match.theirs.settings["step"]) == (one.scene, one.step)
+        ]
+        pixels = matches[0].scene.size[0] * matches[0].scene.size[1] if matches else 512 * 512
+        cells = [one.scene, f"{one.step:g}", *(f"{n:.1f}" for n in (one.segments, one.visible, one.samples, one.leaps))]
+        cells.append(ms(one.seconds(pixels, lowest)))
+        for kind in KINDS:
+            cells.append(next((ms(m.theirs.seconds / m.wanted) for m in matches if m.kind == kind), ""))
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)

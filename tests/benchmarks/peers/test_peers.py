@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from nodegraph import formats, registry
+from nodegraph.data import Camera, TransferFunction, Volume
+from nodegraph.data.space import centred
 from nodegraph.requests import LEVELS, coarser
 from tests.benchmarks.peers import page
 from tests.benchmarks.peers.compare import Match, is_whole
 from tests.benchmarks.peers.floor import Stage
+from tests.benchmarks.peers.limit import GROUP, STEPS, VALUE, VOXEL, counts
 from tests.benchmarks.peers.orbit import Orbit
 from tests.benchmarks.peers.points import Point, advantage, cheapest, errors, front
-from tests.benchmarks.peers.scenes import CHEST, bordered, chest, fog
+from tests.benchmarks.peers.scenes import CHEST, Scene, bordered, chest, fog
 from tests.benchmarks.peers.settings import ladders
 
 QUICK, MIDDLE, EXACT = (
@@ -128,3 +132,25 @@ def test_a_level_takes_pixels_away() -> None:
         assert step is not None
         assert step <= max(settings["step"], 1.0)
         assert not is_whole(Point(settings, 1.0, 0.1, 0.1))
+
+
+def test_rays_are_followed_as_they_are_cast() -> None:
+    """Fog is looked at everywhere; of two seen slabs, far apart, rays leap over all between and before them."""
+    dense = counts(fog((32, 32), side=32))
+    for one, step in zip(dense, STEPS, strict=True):
+        assert one.step == step
+        assert one.segments <= one.samples < 1.6 * one.segments + 4 * GROUP
+        assert one.visible < one.segments
+    data = np.zeros((64, 64, 64), np.int16)
+    data[:, 8:10] = data[:, 50:52] = 100
+    camera = Camera((0, -300, 0), (0, 0, 0), (0, 0, 1), "orthographic", height=32.0)
+    thin = TransferFunction([(50.0, (1, 1, 1), 0.0), (100.0, (1, 1, 1), 1e-4)])
+    for one in counts(Scene("slabs", Volume(data, centred((64, 64, 64), (1.0,) * 3)), thin, camera, (32, 32))):
+        # Along y: two slabs of 2 voxels, each in one or two bricks of 4.
+        assert one.segments == pytest.approx(64 / one.step, abs=1)
+        assert one.visible == pytest.approx(4 / one.step, abs=2)
+        assert one.visible <= one.samples <= 16 / one.step + 2 * GROUP
+        assert 4 <= one.leaps - one.samples / GROUP <= 9  # one that says yes before each group of samples
+        lowest = [Stage(VALUE, 10.0), Stage(VOXEL, 5.0)]
+        cores = os.cpu_count() or 1
+        assert one.seconds(1000, lowest) == pytest.approx((one.samples * 10 + one.leaps * 5) * 1e-6 / cores)
