@@ -70,6 +70,19 @@ def test_much_is_asked_for_in_pieces_at_borders_of_chunks(data):
         assert one_chunk or np.prod([s.stop - s.start for s in box]) * 2 <= most
 
 
+def test_memory_goes_back_to_the_system_now_and_then(monkeypatch):
+    given = []
+    monkeypatch.setattr(chunks, "TRIM_BYTES", 3000)
+    monkeypatch.setattr(chunks, "trim", lambda: given.append(recorder.numbers * 2))
+    recorder = Recorder(numbers(16, 16, 16), (4, 16, 16))
+    for first in range(0, 16, 4):
+        recorder.array.block((first, 0, 0), (first + 4, 16, 16))
+        recorder.array.block((first, 0, 0), (first + 4, 16, 16))  # kept
+    assert given == [4096, 8192]
+    monkeypatch.undo()
+    chunks.trim()
+
+
 def test_what_overlaps_is_read_once():
     """Blocks of 8 cells with a shared plane: 9 voxels, and yet each chunk is read one time."""
     recorder = Recorder(numbers(33, 33, 33), (8, 8, 8))
