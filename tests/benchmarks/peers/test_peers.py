@@ -141,6 +141,7 @@ def test_rays_are_followed_as_they_are_cast() -> None:
         assert one.step == step
         assert one.segments <= one.samples < 1.6 * one.segments + 4 * GROUP
         assert one.visible < one.segments
+        assert one.leaps == 0
     data = np.zeros((64, 64, 64), np.int16)
     data[:, 8:10] = data[:, 50:52] = 100
     camera = Camera((0, -300, 0), (0, 0, 0), (0, 0, 1), "orthographic", height=32.0)
