@@ -8,7 +8,9 @@ from typing import Any
 
 STEPS = tuple(2.0 ** (k / 2) for k in range(8, -7, -1))
 """Lengths of a segment, voxels, coarse to fine: 16 to 1/8."""
-LEVEL_STEPS = tuple(2.0 ** (k / 4) for k in range(8, -7, -1))
+FINE_STEPS = tuple(2.0 ** (k / 8) for k in range(16, -17, -1))
+"""For what wins most often: 4 to 1/4."""
+LEVEL_STEPS = FINE_STEPS[:29]
 """With interactive levels, 4 to 0.35: a level lengthens what is below 1, so that pictures grow instead."""
 TOLERANCES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 TERMINATION = 254.0 / 255.0
@@ -25,7 +27,8 @@ Settings = Mapping[str, Any]
 def ladders() -> Iterator[list[Settings]]:
     """Lists of settings, each from coarse to fine in the one thing in which its members differ."""
     for integrator in ("midpoint", "trapezoid", "gauss2", "gauss3"):
-        yield [{"integrator": integrator, "step": step, "termination": TERMINATION} for step in STEPS]
+        steps = sorted({*STEPS, *FINE_STEPS}, reverse=True) if integrator == "midpoint" else STEPS
+        yield [{"integrator": integrator, "step": step, "termination": TERMINATION} for step in steps]
     for size in PAIRS:
         yield [
             {"integrator": "preintegrated", "step": step, "pair_table_size": size, "termination": TERMINATION}
