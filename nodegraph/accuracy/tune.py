@@ -50,7 +50,7 @@ class Tuned:
     """What a search found.
 
     settings: the values that differ from those of the network, by place; empty where it is best as it is.
-    best:     these settings on the cameras of the search. before: the network as it was, on the same cameras.
+    best:     these settings on the cameras of the search. before: the network as it was, on these and the others.
     held_out: the best on cameras that had no part in the search; None where there is but one camera.
     met:      whether everything that was asked for is kept, on the cameras of the search and on the others.
     tried:    every setting that was tried, the front marked.
@@ -215,6 +215,8 @@ class _Search:
             self.limit = _tightened(self.limit, max_error, asked.error(trial))
             self.budget = _tightened(self.budget, asked.seconds, trial.seconds)
         before = tries.of({}, numbers, repeats)
+        if trial is not None:
+            before = _worse(before, tries.of({}, others, repeats), tries.figure)
         changed = changes(self.network, self.view, best.settings)
         return Tuned(
             changed, best, before, trial, met, self._with_front(), tries.figure, max_error, budget_ms,
@@ -328,6 +330,19 @@ class _Asked:
         return (self.max_error is None or self.error(tried) <= self.max_error) and (
             self.seconds is None or (tried.seconds <= self.seconds and not tried.failure)
         )
+
+
+def _worse(one: Tried, other: Tried, figure: str) -> Tried:
+    """A setting on the cameras of two trials: its worst error of that figure, its longest time."""
+    errors = {figure: max(tried.errors.get(figure, math.inf) for tried in (one, other))}
+    cameras = (*one.cameras, *other.cameras)
+    return replace(
+        one,
+        seconds=max(one.seconds, other.seconds),
+        errors={**one.errors, **errors},
+        cameras=cameras,
+        failure=one.failure or other.failure,
+    )
 
 
 def _tightened(limit: float | None, asked: float | None, found: float) -> float | None:

@@ -18,7 +18,7 @@ from nodegraph.compute.storage import field_bytes
 from nodegraph.data.bricks import Flags
 from nodegraph.data.buffer import Array, Buffer
 from nodegraph.data.camera import Camera
-from nodegraph.data.gradients import beforehand, index_gradient
+from nodegraph.data.gradients import beforehand, index_gradient, vanishing
 from nodegraph.data.image import Image
 from nodegraph.data.light import Light
 from nodegraph.data.quantisation import bound, narrowest, stored
@@ -138,7 +138,8 @@ class Casting:
         Each then misses other things, and enlarging takes means of them. Source: Keller and Heidrich 2001, Interleaved
         Sampling.
         """
-        if self.size != whole:
+        # Before an eye in the volume, or close to it, there is no room for steps that begin earlier.
+        if self.size != whole and self.start > 0.0:
             self.defines |= {"PHASES": True}
 
     def illuminate(self, light: Light, **material: float) -> None:
@@ -167,6 +168,7 @@ class Casting:
         if made:
             # They have a voxel more on each side than what is wired.
             self.defines |= {"GRADIENT": 2}
+            self.bindings |= {"vanishing": vanishing(self.volume)}
             if self.streamed:
                 self._differentiate = index_gradient
             else:

@@ -225,7 +225,7 @@ class CLDevice(Device):
         except self._cl.Error as error:
             raise DeviceError(f"{self.name}: the kernel could not be started: {error}") from None
 
-    def _warm_up(self, job: Job) -> None:
+    def _warm_up(self, job: Job, x: int, y: int) -> None:
         # One row beyond the result, where every work item returns at once, and for volumes the first row.
         row = (0, job.size[0])
         self._enqueue(job, row, (job.size[1], 1), (job.size[2], 1))

@@ -366,12 +366,14 @@ class Device(ABC):
     ) -> None:
         left, top, right, bottom = box
         width, height, depth = right - left, bottom - top, job.size[2]
+        if width <= 0 or height <= 0:
+            return
         program = job.program
         self._begin(job)
         try:
             if not program.warm:
                 # Drivers compile when a program first runs; strip times must not contain that.
-                self._warm_up(job)
+                self._warm_up(job, left, top)
                 program.warm = True
 
             def draw(first: int, count: int, x: int = 0, columns: int = width) -> None:
@@ -432,8 +434,8 @@ class Device(ABC):
         """Set everything that is the same for all strips: program, uniforms, fields, targets."""
 
     @abstractmethod
-    def _warm_up(self, job: Job) -> None:
-        """Make the driver compile, at the least cost."""
+    def _warm_up(self, job: Job, x: int, y: int) -> None:
+        """Make the driver compile, at the least cost; pixel (x, y) may be drawn, no other."""
 
     @abstractmethod
     def _draw(self, job: Job, x: Span, y: Span, z: Span) -> None:

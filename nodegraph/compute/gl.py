@@ -297,8 +297,8 @@ class GLDevice(Device):
             else:
                 self.calls.framebuffer_texture(gl.FRAMEBUFFER, point, gl.TEXTURE_2D, texture.glo, 0)
 
-    def _warm_up(self, job: Job) -> None:
-        self.calls.scissor(0, 0, 1, 1)
+    def _warm_up(self, job: Job, x: int, y: int) -> None:
+        self.calls.scissor(x, y, 1, 1)
         self.calls.draw_arrays(gl.TRIANGLES, 0, 3)
         self.calls.finish()
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import sys
 import weakref
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator
@@ -20,7 +21,8 @@ from nodegraph.errors import DeviceError
 
 SPARE_BYTES = 64 << 20
 SPARE_SHARE = 16
-"""Of objects that nobody uses any more at most so many bytes are kept, and one part in so many of the budget."""
+"""Of objects that nobody uses any more at most so many bytes are kept, and one part in so many of the budget; arrays
+on the host take as much again."""
 
 _clock = itertools.count(1)
 
@@ -142,6 +144,7 @@ class Memory:
         self._bytes = 0
         self.host = HostSpares()
         self._spares = ObjectSpares()
+        self.host.bound(self._spare_share)
         self.budget.watch(self._count)
 
     @property
@@ -163,7 +166,12 @@ class Memory:
         """Count in another budget from now on."""
         self.budget.unwatch(self._count)
         self.budget = budget
+        self.host.bound(self._spare_share)
         self.budget.watch(self._count)
+
+    @property
+    def _spare_share(self) -> int:
+        return sys.maxsize if self.budget.limit is None else self.budget.limit // SPARE_SHARE
 
     def _count(self) -> int:
         return self._bytes + self.spare_bytes
@@ -272,8 +280,7 @@ class Memory:
             entry = self._entries.get(self._dead.popleft())
             if entry is not None and entry.form is not None:
                 self._forget(entry)
-                limit = self.budget.limit
-                most = SPARE_BYTES if limit is None else min(SPARE_BYTES, limit // SPARE_SHARE)
+                most = min(SPARE_BYTES, self._spare_share)
                 self._spares.keep(entry.form, Spare(entry.object, entry.bytes, entry.release), most)
             elif entry is not None:
                 self.drop(entry)
@@ -301,6 +308,7 @@ class Memory:
             self.drop(entry)
         self._dead.clear()
         self._clear_spares()
+        self.host.bound(0)
         with contextlib.suppress(KeyError):
             self.budget.unwatch(self._count)
 

@@ -20,8 +20,8 @@ KEPT_ARRAYS = 4
 KEPT_OBJECTS = 16
 LEAST_BYTES = 1 << 18
 """Smaller arrays come out of memory that the process keeps anyway."""
-MOST_BYTES = 32 << 20
-"""Of one array that is kept: for more, the pages are the least of what making it takes."""
+HOST_BYTES = 128 << 20
+"""Of arrays that are kept at most, a quarter of it for each."""
 ALIGNMENT = 128
 """Bytes: the widest OpenCL vector, double16."""
 
@@ -33,6 +33,7 @@ class HostSpares:
         # Its methods cannot be interrupted, and at its length it lets go of the oldest: no lock, which a finalizer,
         # that may run in the middle of anything, could not take.
         self._free: deque[Array] = deque(maxlen=KEPT_ARRAYS)
+        self._most = HOST_BYTES
 
     @property
     def nbytes(self) -> int:
@@ -42,19 +43,28 @@ class HostSpares:
     def empty(self, nbytes: int) -> Array:
         """Return bytes that hold anything, and start at a multiple of 128."""
         size = nbytes + ALIGNMENT
-        if not LEAST_BYTES <= nbytes <= MOST_BYTES:
+        if nbytes < LEAST_BYTES or KEPT_ARRAYS * size > self._most:
             return _aligned(np.empty(size, np.uint8), nbytes)
         block = self._found(size)
         if block is None:
             block = np.empty(size, np.uint8)
         # An array that is a view refers to the object at its root alone, so that has to be one which can be watched.
         root = (ctypes.c_char * size).from_address(block.ctypes.data)
-        weakref.finalize(root, self._free.append, block).atexit = False
+        weakref.finalize(root, self._came_back, block).atexit = False
         return _aligned(np.frombuffer(memoryview(root), np.uint8), nbytes)
+
+    def bound(self, most: int) -> None:
+        """Keep at most so many bytes from now on; 0: nothing, whatever comes back."""
+        self._most = min(HOST_BYTES, most)
+        self._free.clear()
 
     def clear(self) -> None:
         """Let go of what is kept."""
         self._free.clear()
+
+    def _came_back(self, block: Array) -> None:
+        if KEPT_ARRAYS * block.nbytes <= self._most:
+            self._free.append(block)
 
     def _found(self, size: int) -> Array | None:
         for _ in range(len(self._free)):

@@ -47,6 +47,14 @@ def gradient_type(volume: Volume) -> np.dtype[np.generic]:
     return np.dtype(np.int16 if exact else np.float64 if volume.dtype.itemsize > 4 else np.float32)
 
 
+def vanishing(volume: Volume) -> float:
+    """What may be left of a difference of 0 that is stored as a whole number, per index unit; 0 for floats.
+
+    A 64th of the least difference: OpenGL stores them about the middle of 16 bits, which single precision rounds.
+    """
+    return abs(volume.mapping.scale) / 128.0 if gradient_type(volume).kind == "i" else 0.0
+
+
 def visible_samples(
     volume: Volume, camera: Camera, size: tuple[int, int], step_length: float, visible_share: float
 ) -> float:

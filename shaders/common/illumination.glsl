@@ -17,12 +17,20 @@ uniform Light light;
 uniform Material material;
 #endif
 #if LIT || defined(BY_GRADIENT)
+#if GRADIENT == 2
+uniform float vanishing;            // per index unit: no component is greater where only rounding is left of a slope
+#endif
 uniform mat3 to_eye;                // takes gradients, in the space that they are in, to eye space
 
 // Gradient at a point of the ray, in eye space; of any length where only its direction is asked for.
 vec3 slope_at(Ray ray, float t) {
-#if GRADIENT
-    return transform(to_eye, sample3v(gradient, point_at(ray, t) + float(GRADIENT - 1)).xyz);
+#if GRADIENT == 2
+    vec3 slope = sample3v(gradient, point_at(ray, t) + 1.0).xyz;
+    vec3 size = abs(slope);
+    // Zero is rounded, where whole numbers are stored about their middle, and any direction would come of it.
+    return transform(to_eye, max(size.x, max(size.y, size.z)) > vanishing ? slope : vec3(0.0));
+#elif GRADIENT
+    return transform(to_eye, sample3v(gradient, point_at(ray, t)).xyz);
 #else
     return transform(to_eye, gradient_central(volume, point_at(ray, t)));
 #endif

@@ -89,7 +89,7 @@ Result pixel(ivec2 at) {
                     color += rest * second * shade(far.rgb, ray, a + 0.75 * part);
                 }
                 float after = hidden + rest * (share + second);
-                if (found < -FAR * 0.5 && after >= depth_opacity && isinf(result.depth)) {
+                if (found < -FAR * 0.5 && after >= depth_opacity && after > 0.0 && isinf(result.depth)) {
                     float wanted = log((1.0 - hidden) / (1.0 - depth_opacity));
                     found = wanted < d0
                         ? a + 0.5 * part * clamp(wanted / d0, 0.0, 1.0)

@@ -348,3 +348,16 @@ def test_a_result_that_somebody_has_is_never_drawn_over(own: Any) -> None:
     assert len(pictures) <= 4
     own.close()
     assert (own.memory.host.nbytes, own.memory.spare_bytes) == (0, 0)
+
+
+def test_arrays_that_come_back_take_a_share_and_none_after_the_end() -> None:
+    memory = Memory(64 << 20)  # a share of 4 MiB, a quarter of it for each
+    large, small = memory.host.empty(2 << 20), memory.host.empty(512 << 10)
+    del large
+    assert memory.host.nbytes == 0
+    del small
+    assert 512 << 10 <= memory.host.nbytes < 600 << 10
+    last = memory.host.empty(512 << 10)
+    memory.close()
+    del last
+    assert memory.host.nbytes == 0

@@ -281,3 +281,17 @@ def test_buffers_and_arrays_give_the_same(device: Any, rng: np.random.Generator)
     one = device.run(TWICE, (5, 4, 3), v=data).array
     assert (one == device.run(TWICE, (5, 4, 3), v=Buffer(data)).array).all()
     assert (one == device.run(TWICE, (5, 4, 3), v=Volume(data)).array).all()
+
+
+def test_what_lies_outside_a_box_is_kept_also_by_a_kernel_that_never_ran(device: Any) -> None:
+    first, second = (
+        Source.of(f"uniform float g;\nfloat pixel(ivec2 at) {{ return {n} * g; }}", f"tests/box_{n}.glsl")
+        for n in ("1.0", "2.0")
+    )
+    kept = device.run(first, (64, 64), g=5.0)
+    found = device.run(second, (64, 64), g=9.0, into=(kept,), box=(32, 32, 64, 64)).array
+    assert np.all(found[32:, 32:] == 18.0)
+    assert np.all(found[:32] == 5.0)
+    assert np.all(found[:, :32] == 5.0)
+    same = device.run(first, (64, 64), g=5.0)
+    assert np.all(device.run(second, (64, 64), g=9.0, into=(same,), box=(32, 32, 32, 64)).array == 5.0)

@@ -110,6 +110,15 @@ def test_rays_that_begin_their_steps_elsewhere_are_cut_there_in_blocks(device, b
     compare(device, both(device, blocks_of, volume, camera, (8, 4)[seed % 2], **given), lit=True)
 
 
+@pytest.mark.parametrize("step", [0.5, 2.0])
+def test_coarse_pictures_of_an_eye_between_blocks(gl, blocks_of, step):
+    """Steps do not begin behind it, in a block that would be laid behind its own."""
+    volume = Volume(np.random.default_rng(5).random((24, 24, 24)).astype(np.float32), np.eye(4))
+    for eye in ((7.95, 12.0, 12.0), (8.05, 12.0, 12.0), (-0.45, 12.0, 12.0)):
+        camera = Camera(eye, (20.0, 12.5, 11.0), (0.0, 0.0, 1.0), field_of_view=60.0)
+        compare(gl, both(gl, blocks_of, volume, camera, 8, step=step, quality="interactive/4"), lit=True)
+
+
 @pytest.mark.parametrize(
     "params", [{"lit": True}, {"mode": "maximum"}, {"mode": "iso", "iso_value": 0.6}], ids=["lit", "maximum", "iso"]
 )

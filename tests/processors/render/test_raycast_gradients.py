@@ -63,3 +63,18 @@ def test_precomputed_gradients_are_those_on_the_fly(device, stored, mode):
     coarse = device.name == "gl" and stored.endswith("int8")
     bound = 1e-2 if coarse else 1e-12 if device.name == "cl64" and stored != "float" else 2e-5
     assert np.abs(before.color - on_the_way.color).max() < bound
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int8, np.uint16, np.int16, np.float32])
+@pytest.mark.parametrize("gradients", ["precomputed", "on_the_fly"])
+def test_where_nothing_changes_light_has_no_direction(device, dtype, gradients):
+    """The gradient is 0 there, and must not be what rounding leaves of it."""
+    field = Volume(np.full((12, 12, 12), 100, dtype), centred((12, 12, 12), (2.0,) * 3), Mapping(1 / 255, 0.0))
+    white = TransferFunction([(0.0, (1, 1, 1), 0.9), (1.0, (1, 1, 1), 0.97)])
+    image = call(
+        "render.raycast", device, SIZE, volume=field, camera=CAMERA, transfer_function=white, gradients=gradients,
+        ambient=0.2, diffuse=0.7, specular=0.5,
+    )  # fmt: skip
+    seen = image.color[..., 3] > 0.99
+    assert seen.any()
+    assert np.abs(image.color[seen][:, :3] / image.color[seen][:, 3:] - 0.9).max() < 1e-5

@@ -91,6 +91,31 @@ def test_steps_that_begin_elsewhere_leave_out_only_what_cannot_be_seen(device, s
     assert np.abs(leapt - all_of_it).max() <= 1e-6
 
 
+@pytest.mark.parametrize("step", [1.0, 8.0])
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_no_level_sees_what_is_behind_the_eye(device, projection, step):
+    data = np.zeros((9, 64, 9), np.float32)
+    data[:, :28] = 1.0
+    behind = TransferFunction([(0.5, (1, 1, 1), 0.0), (1.0, (1, 1, 1), 0.9)])
+    camera = Camera(eye=(0, -2.5, 0), target=(0, 10, 0), projection=projection, field_of_view=40.0, height=6.0)
+    volume = Volume(data, centred((9, 64, 9), [1.0] * 3))
+    image = render(device, volume, camera, behind, (16, 16), step=step, quality=level(4))
+    assert image.color.max() == 0.0
+
+
+def test_a_ray_that_hides_nothing_has_no_depth(device):
+    """Also where the depth is asked for that hides nothing, by every integrator."""
+    data = np.zeros((8, 8, 8), np.float32)
+    data[:, :, 4:] = 1.0
+    right = TransferFunction([(0.5, (1, 1, 1), 0.0), (1.0, (1, 1, 1), 0.9)])
+    volume = Volume(data, centred((8, 8, 8), [2.0] * 3))
+    for integrator in INTEGRATORS:
+        image = render(device, volume, FLAT, right, (32, 24), integrator=integrator, depth_opacity=0.0)
+        hides = image.color[..., 3] > 0.0
+        assert 0.02 < hides.mean() < 0.5, integrator
+        assert np.array_equal(np.isfinite(image.depth), hides), integrator
+
+
 def test_depth_of_a_coarse_picture_is_that_of_a_ray(gl):
     """Two planes one behind the other: no depth lies between them."""
     data = np.zeros((16, 16, 16), np.float32)
