@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from PySide6.QtCore import QObject, QTimer, Signal
+from shiboken6 import isValid
 
 from nodegraph import workspace
 from nodegraph.commands import Command, SetUI
@@ -318,9 +319,17 @@ class Session(QObject):
         self.work(made_of, lambda made: None if stop.is_set() else callback(made))
         return stop.set
 
-    def work(self, function: Callable[[], T], callback: Callable[[T | None], object]) -> None:
-        """Run a function beside the window and call back on the window's thread, with None where it raised."""
-        self.mail.work(function, callback)
+    def work(
+        self, function: Callable[[], T], callback: Callable[[T | None], object], owner: QObject | None = None
+    ) -> None:
+        """Run a function beside the window and call back on the window's thread, with None where it raised.
+
+        Nobody is called back once ``owner`` is deleted: a window may close while something is made for it.
+        """
+        if owner is None:
+            self.mail.work(function, callback)
+        else:
+            self.mail.work(function, lambda made: callback(made) if isValid(owner) else None)
 
     def begin_task(
         self,

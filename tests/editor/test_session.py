@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 from functools import partial
@@ -9,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
+from shiboken6 import delete
 
 from nodegraph import Float, Network, Output, Processor, registry
 from nodegraph.commands import Add, Mute, Remove, Rename, Set, SetUI
@@ -275,3 +278,16 @@ def test_a_picture_of_a_drag_may_end_but_not_for_ever() -> None:
     assert not slot.may_end(True)
     slot.moving, slot.since = False, float("inf")
     assert not slot.may_end(True)  # a picture at rest gives way to a drag at once
+
+
+def test_nobody_is_called_back_for_a_widget_that_is_gone(session: Session, qtbot: QtBot) -> None:
+    gone, gate, called = QLabel(), threading.Event(), []
+    session.work(gate.wait, lambda _: called.append("gone"), gone)
+    session.work(gate.wait, lambda _: called.append("nobody's"))
+    delete(gone)
+    gate.set()
+    qtbot.waitUntil(lambda: "nobody's" in called)
+    there = QLabel()
+    session.work(lambda: 1, lambda _: called.append("there"), there)
+    qtbot.waitUntil(lambda: "there" in called)
+    assert called == ["nobody's", "there"]

@@ -175,7 +175,9 @@ class ImageBrowser(QWidget):
             return
         self._newest += 1
         number = self._newest
-        self.session.work(lambda: shown(image, None, channel), lambda made: self._take(number, channel, made))
+        self.session.work(
+            lambda: shown(image, None, channel), lambda made: self._take(number, channel, made), self.area
+        )
 
     def _take(self, number: int, channel: str, made: Shown | None) -> None:
         if number != self._newest:

@@ -248,7 +248,7 @@ class CompareView(QWidget):
             self._take(place, number, None)
             return
         background = linear(QColor(VIEWPORT))
-        self.session.work(lambda: shown(image, background), lambda made: self._take(place, number, made))
+        self.session.work(lambda: shown(image, background), lambda made: self._take(place, number, made), self.area)
 
     def _take(self, place: int, number: int, made: Shown | None) -> None:
         if number == self._newest[place]:
@@ -292,7 +292,9 @@ class CompareView(QWidget):
         number = self._newest[2]
         found = self._reference if self._sources()[1] == REFERENCE else None
         mask = found.mask if found is not None and found.mask is not None and found.mask.any() else None
-        self.session.work(lambda: measured(a.image, b.image, factor, mask), lambda made: self._told(number, made))
+        self.session.work(
+            lambda: measured(a.image, b.image, factor, mask), lambda made: self._told(number, made), self.area
+        )
 
     def _told(self, number: int, found: tuple[dict[str, float], QImage] | None) -> None:
         if number != self._newest[2] or found is None:

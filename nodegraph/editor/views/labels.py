@@ -200,7 +200,7 @@ class LabelPick(Tool):
             self._veil = (sight, veil) if veil is not None else None
             self.view.area.update()
 
-        self.session.work(lambda: veil_of(image, sight, field, id), take)
+        self.session.work(lambda: veil_of(image, sight, field, id), take, self.view.area)
 
     def forget(self) -> None:
         self._veil = None

@@ -42,7 +42,7 @@ class Readout(QObject):
         if self._found is not None and self._found.read is not None:
             self._asked += 1
             number, found, read = self._asked, self._found, self._found.read
-            self.view.session.work(read, lambda value: self._take(number, found, value))
+            self.view.session.work(read, lambda value: self._take(number, found, value), self.line)
 
     def copy(self) -> bool:
         """Put the line on the clipboard. False where it is empty."""

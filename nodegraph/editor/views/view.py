@@ -158,7 +158,9 @@ class ViewWidget(QWidget):
             return  # something was changed that this view does not depend on
         number, background = self._newest, linear(QColor(VIEWPORT))
         self.session.work(
-            lambda: shown(image, background), lambda made: self._take(number, made, facts) if made else None
+            lambda: shown(image, background),
+            lambda made: self._take(number, made, facts) if made else None,
+            self.area,
         )
 
     def _take(self, number: int, made: Shown, facts: list[str]) -> None:
