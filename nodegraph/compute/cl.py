@@ -21,9 +21,10 @@ import numpy as np
 
 from nodegraph.compute import language
 from nodegraph.compute.device import Device, Span
-from nodegraph.compute.dispatch import BuildFailure, Job, Owned
+from nodegraph.compute.dispatch import BuildFailure, Job
 from nodegraph.compute.language import Layout, Leaf, Matrix, Module, Storage
 from nodegraph.compute.memory import Budget, Entry
+from nodegraph.compute.spares import Owned
 from nodegraph.compute.storage import Placement
 from nodegraph.data.buffer import Array
 from nodegraph.errors import DeviceError, DeviceMissing

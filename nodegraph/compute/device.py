@@ -24,7 +24,6 @@ from nodegraph.compute.dispatch import (
     FieldRead,
     Job,
     KernelRun,
-    Owned,
     Program,
     Resident,
     Size,
@@ -33,6 +32,7 @@ from nodegraph.compute.dispatch import (
 )
 from nodegraph.compute.language import Layout, Module, OutputDecl, Storage
 from nodegraph.compute.memory import Budget, Entry, Memory
+from nodegraph.compute.spares import Owned
 from nodegraph.compute.storage import Placement, choose, item_bytes
 from nodegraph.compute.strips import boxes, run_in_strips
 from nodegraph.data.buffer import Array, Buffer
@@ -317,7 +317,7 @@ class Device(ABC):
         shape, dtype = placement.shape, placement.dtype
         self.check_limits(shape, placement.nbytes, where)
         form = placement if self.recycles else None
-        spare = self.memory.take(form) if self.recycles else None
+        spare = None if form is None else self.memory.take(form)
         if spare is None:
             self.memory.reserve(placement.nbytes, f"the result of {where}")
         thing, nbytes, release = spare or self._allocate(placement, where)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from nodegraph.compute.device import Device
 
 Size = tuple[int, int, int]
-Owned = tuple[Any, int, Callable[[], None]]
-"""A device object, its bytes, and how to free it."""
 
 
 @dataclass

@@ -21,11 +21,12 @@ import numpy as np
 from nodegraph.compute import gl_calls as gl
 from nodegraph.compute import language
 from nodegraph.compute.device import Device, Span
-from nodegraph.compute.dispatch import BuildFailure, Job, Owned
+from nodegraph.compute.dispatch import BuildFailure, Job
 from nodegraph.compute.gl_calls import Calls
 from nodegraph.compute.language import Layout, Matrix, Module, Storage, is_line
 from nodegraph.compute.memory import Budget, Entry
 from nodegraph.compute.rasterise import Rasteriser
+from nodegraph.compute.spares import Owned
 from nodegraph.compute.storage import Placement
 from nodegraph.data.buffer import Array
 from nodegraph.errors import DeviceError, DeviceMissing

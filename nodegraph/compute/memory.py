@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import Any
 
-from nodegraph.compute.spares import HostSpares, ObjectSpares, Spare
+from nodegraph.compute.spares import HostSpares, ObjectSpares, Owned
 from nodegraph.data.buffer import Buffer
 from nodegraph.errors import DeviceError
 
@@ -246,7 +246,7 @@ class Memory:
         entry.last_use = next(_clock)
         return entry
 
-    def take(self, form: Hashable) -> Spare | None:
+    def take(self, form: Hashable) -> Owned | None:
         """An object of that form that nobody uses any more: the caller's now, to be added again. Or None."""
         self.drain()
         return self._spares.take(form)
@@ -281,7 +281,7 @@ class Memory:
             if entry is not None and entry.form is not None:
                 self._forget(entry)
                 most = min(SPARE_BYTES, self._spare_share)
-                self._spares.keep(entry.form, Spare(entry.object, entry.bytes, entry.release), most)
+                self._spares.keep(entry.form, (entry.object, entry.bytes, entry.release), most)
             elif entry is not None:
                 self.drop(entry)
 

@@ -10,7 +10,7 @@ import ctypes
 import weakref
 from collections import deque
 from collections.abc import Callable, Hashable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ HOST_BYTES = 128 << 20
 """Of arrays that are kept at most, a quarter of it for each."""
 ALIGNMENT = 128
 """Bytes: the widest OpenCL vector, double16."""
+
+Owned = tuple[Any, int, Callable[[], None]]
+"""A device object, its bytes, and how to free it."""
 
 
 class HostSpares:
@@ -83,37 +86,30 @@ def _aligned(raw: Array, nbytes: int) -> Array:
     return raw[start : start + nbytes]
 
 
-class Spare(NamedTuple):
-    """An object on a device, its bytes, and how to free it."""
-
-    object: Any
-    bytes: int
-    release: Callable[[], None]
-
-
 class ObjectSpares:
     """Objects on a device by their form, the oldest go first. Device's thread only."""
 
     def __init__(self) -> None:
-        self._free: deque[tuple[Hashable, Spare]] = deque()
+        self._free: deque[tuple[Hashable, Owned]] = deque()
         self.nbytes = 0
 
-    def keep(self, form: Hashable, spare: Spare, limit: int) -> None:
+    def keep(self, form: Hashable, spare: Owned, limit: int) -> None:
         """Keep an object, or free it where it is large: at most ``limit`` bytes are kept, none takes over a quarter."""
-        if spare.bytes > limit // 4:
-            spare.release()
+        _, nbytes, release = spare
+        if nbytes > limit // 4:
+            release()
             return
         self._free.append((form, spare))
-        self.nbytes += spare.bytes
+        self.nbytes += nbytes
         while self.nbytes > limit or len(self._free) > KEPT_OBJECTS:
             self._free_first()
 
-    def take(self, form: Hashable) -> Spare | None:
+    def take(self, form: Hashable) -> Owned | None:
         """Hand out an object of a form, or None."""
         for i, (its, spare) in enumerate(self._free):
             if its == form:
                 del self._free[i]
-                self.nbytes -= spare.bytes
+                self.nbytes -= spare[1]
                 return spare
         return None
 
@@ -123,6 +119,6 @@ class ObjectSpares:
             self._free_first()
 
     def _free_first(self) -> None:
-        _, spare = self._free.popleft()
-        self.nbytes -= spare.bytes
-        spare.release()
+        _, (_, nbytes, release) = self._free.popleft()
+        self.nbytes -= nbytes
+        release()

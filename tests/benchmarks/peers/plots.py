@@ -16,7 +16,7 @@ from tests.benchmarks.peers.sizes import Cost
 COLORS = {"ours": "#d1495b", "gpu": "#00798c", "fixed-point": "#edae49"}
 NAMES = {"ours": "nodegraph, OpenGL", "gpu": "VTK, GPU mapper", "fixed-point": "VTK, fixed-point mapper"}
 GAIN = 10.0
-TILE = 200
+TILE = 128
 
 
 def plot_fronts(comparisons: Sequence[Comparison], path: Path) -> None:

@@ -296,7 +296,7 @@ def test_what_a_dead_result_lay_in_serves_the_next_of_its_form() -> None:
     gc.collect()
     spare = memory.take("picture")
     assert spare is not None
-    assert (spare.object, spare.bytes, thing.released, other.released) == (thing, 200, 0, 0)
+    assert (*spare[:2], thing.released, other.released) == (thing, 200, 0, 0)
     assert (memory.objects, memory.bytes, memory.spare_bytes, memory.budget.used) == (0, 0, 200, 200)
     assert memory.take("picture") is None
     memory.close()
