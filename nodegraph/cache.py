@@ -25,7 +25,9 @@ KEPT_ERRORS = 4096
 QUICK = 1.0
 """Seconds: what took less is quick to make again."""
 QUICK_SHARE = 16
-"""The quick results of a node may take one part in so many of the budget; the latest is kept whatever it takes."""
+QUICK_KEPT = 4
+"""The quick results of a node may take one part in so many of the budget. So many of the latest are kept whatever they
+take: what is changed and changed back runs nothing, however large a picture is."""
 
 
 class SharedBudget(Protocol):
@@ -230,9 +232,9 @@ class ResultCache:
         return over if self.shared is None else max(over, self.shared.exceeded())
 
     def _bound_quick(self, made: OrderedDict[bytes, int]) -> None:
-        """Let go of the oldest quick results of a node. Its latest stays, and so does what is pinned."""
+        """Let go of the oldest quick results of a node. The latest few stay, and so does what is pinned."""
         over = sum(made.values()) - self.limit // QUICK_SHARE
-        for key, nbytes in list(made.items())[:-1]:
+        for key, nbytes in list(made.items())[:-QUICK_KEPT]:
             if over <= 0:
                 return
             if key not in self._pins:

@@ -150,26 +150,33 @@ def test_many_threads_leave_the_count_right():
     assert cache.nbytes == 0
 
 
-def test_quick_results_of_a_node_take_a_share_and_its_latest_stays():
-    cache = ResultCache(1600)
-    cache.put(b"volume", made(300, 0.1), "volume")  # more than the share, and the only one
+def test_quick_results_of_a_node_take_a_share_and_its_latest_stay():
+    cache = ResultCache(1600)  # a share of 100
+
+    def kept(keys):
+        return [key.decode() for key in keys if key in cache]
+
+    cache.put(b"volume", made(300, 0.1), "volume")  # more than the share, and one of the latest four
     cache.put(b"dear", made(90, 2.0), "view")
-    for key in (b"1", b"2", b"3"):
-        cache.put(key, made(40, 0.1), "view")
-    assert [key for key in (b"volume", b"dear", b"1", b"2", b"3") if key in cache] == [b"volume", b"dear", b"2", b"3"]
-    assert cache.nbytes == 300 + 90 + 80
-    cache.get(b"2")
-    cache.pin(b"3")
-    cache.put(b"4", made(60, 0.1), "view")
-    assert [key for key in (b"2", b"3", b"4") if key in cache] == [b"3", b"4"]  # the older one is pinned
-    cache.unpin(b"3")
-    cache.get(b"3")
-    cache.put(b"5", made(40, 0.1), "view")
-    assert [key for key in (b"3", b"4", b"5") if key in cache] == [b"3", b"5"]  # used, and the latest
-    cache.put(b"6", made(200, 0.1), "view")
-    assert [key for key in (b"3", b"5", b"6") if key in cache] == [b"6"]
-    cache.put(b"memo", made(150, 0.1))
-    cache.put(b"memo too", made(150, 0.1))  # what no node made has no share
-    assert [key for key in (b"memo", b"memo too") if key in cache] == [b"memo", b"memo too"]
+    views = [b"%d" % i for i in range(9)]
+    for key in views[:6]:
+        cache.put(key, made(20, 0.1), "view")
+    assert kept(views) == ["1", "2", "3", "4", "5"]
+    cache.get(b"1")
+    cache.pin(b"2")
+    cache.put(b"6", made(60, 0.1), "view")
+    assert kept(views) == ["1", "2", "4", "5", "6"]  # 1 was used, 2 is pinned
+    cache.unpin(b"2")
+    cache.put(b"7", made(200, 0.1), "view")
+    assert kept(views) == ["1", "5", "6", "7"]
+    cache.put(b"8", made(200, 0.1), "view")
+    assert kept(views) == ["1", "6", "7", "8"]  # four, whatever they take
+    for key in (b"memo", b"memo too", b"third", b"fourth", b"fifth"):
+        cache.put(key, made(30, 0.1))  # what no node made has no share
+    assert kept((b"volume", b"dear", b"memo", b"memo too", b"third", b"fourth", b"fifth"))[:3] == [
+        "volume",
+        "dear",
+        "memo",
+    ]
     cache.clear()
     assert cache.nbytes == 0
