@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from nodegraph.compute.storage import field_bytes
 from nodegraph.data.bricks import Flags
 from nodegraph.data.buffer import Array, Buffer
 from nodegraph.data.camera import Camera
-from nodegraph.data.gradients import beforehand, index_gradient, vanishing
+from nodegraph.data.gradients import beforehand, index_gradient, middle, vanishing
 from nodegraph.data.image import Image
 from nodegraph.data.light import Light
 from nodegraph.data.quantisation import bound, narrowest, stored
@@ -145,7 +146,7 @@ class Casting:
     def illuminate(self, light: Light, **material: float) -> None:
         """Bind a lamp and ambient, diffuse, specular, shininess. Gradients are another matter."""
         self.bindings |= {"light": light.in_eye_space(self.camera), "material": material}
-        self.defines |= {"LIT": True}
+        self.defines |= {"LIT": True, "GLOSS": material["specular"] > 0.0}
 
     def to_eye(self) -> NDArray[np.float64]:
         """What turns the gradients that a kernel reads into eye space: those wired, or differences per index unit."""
@@ -166,13 +167,21 @@ class Casting:
         made, why = beforehand(asked, self.volume, shown, self.device, self.streamed)
         explain(f"gradients are {'precomputed' if made else 'taken on the fly'}: {why}")
         if made:
-            # They have a voxel more on each side than what is wired.
+            # They have a voxel more on each side than what is wired, and values beside them.
             self.defines |= {"GRADIENT": 2}
-            self.bindings |= {"vanishing": vanishing(self.volume)}
+            self.bindings |= {"vanishing": vanishing(self.volume), "middle": middle(self.volume) - self.level}
             if self.streamed:
-                self._differentiate = index_gradient
+                self._differentiate = partial(index_gradient, whole=self.volume)
             else:
                 self.bindings |= {"gradient": memo(index_gradient, self.volume)}
+
+    def lights_all(self, dense: bool) -> bool:
+        """Whether segments are lit without asking which can be seen; ``dense``: nearly all can.
+
+        On OpenGL rays wait for their neighbours' light, so that asking pays only where light takes more than the read
+        that brings the value along (docs/decisions/0007-rays.md).
+        """
+        return dense or (self.defines["GRADIENT"] == 2 and self.device.name == "gl")
 
     def stream(
         self,

@@ -11,32 +11,56 @@ from nodegraph.data.camera import Camera
 from nodegraph.data.space import affine
 from nodegraph.data.volume import Mapping, Volume
 
-SECONDS_PER_VOXEL = 12e-9
+SECONDS_PER_VOXEL = 13e-9
 """What it takes to make the gradient of a voxel; with the next measured by tests/benchmarks/bench_gradients.py."""
-SECONDS_PER_SAMPLE = {"gl": 29e-9, "cl": 38e-9, "cl64": 38e-9}
-"""What one read instead of six saves of a sample that is lit."""
+SECONDS_PER_SAMPLE = {"gl": 32e-9, "cl": 67e-9, "cl64": 67e-9}
+"""What one read instead of seven saves of a sample that is lit."""
 FRAMES = 4
 """How often a volume is expected to be seen before it changes. A frame of interactive quality has fewer samples, and is
 one of many; these make up for each other."""
 
 
-def index_gradient(volume: Volume) -> Volume:
-    """Central differences of a scalar volume at its voxels, per index unit: what a ray would find there itself.
+def index_gradient(volume: Volume, whole: Volume | None = None) -> Volume:
+    """Central differences of a scalar volume at its voxels, per index unit, and beside them its value: (z, y, x, 4).
 
-    Interpolated between voxels they are the differences of the interpolated field. Whole numbers stay whole. There is
-    a voxel more on each side, where the field repeats its edge: towards it differences fall, in the outer half voxel.
+    They are what a ray would find there itself: interpolated between voxels they are the differences of the
+    interpolated field. Whole numbers stay whole. There is a voxel more on each side, where the field repeats its edge:
+    towards it differences fall, in the outer half voxel.
+
+    The fourth component is half of what the value is more than `middle` says, so that a sample that is lit takes one
+    read. ``whole``: the volume of which this one is a part, and by which all parts are stored alike.
     """
+    whole = whole or volume
     data = np.pad(volume.data.reshape(volume.dims[::-1]), 1, mode="edge")
-    result = np.empty((*data.shape, 3), gradient_type(volume))
-    for axis in range(3):
-        here = np.moveaxis(data, 2 - axis, 0)
-        into = np.moveaxis(result[..., axis], 2 - axis, 0)
-        n = len(here)
-        for i in range(n):
-            with np.errstate(invalid="ignore", over="ignore"):  # beside a voxel that is not finite
+    result = np.empty((*data.shape, 4), gradient_type(whole))
+    with np.errstate(invalid="ignore", over="ignore"):  # beside a voxel that is not finite
+        for axis in range(3):
+            here = np.moveaxis(data, 2 - axis, 0)
+            into = np.moveaxis(result[..., axis], 2 - axis, 0)
+            n = len(here)
+            for i in range(n):
                 np.subtract(here[min(i + 1, n - 1)], here[max(i - 1, 0)], out=into[i], dtype=result.dtype)
+        # They may have more digits than the result, and in double precision int64 would not be itself.
+        wide = np.longdouble if data.dtype.kind in "iu" and data.dtype.itemsize == 8 else np.float64
+        less = wide(_stored_middle(whole))
+        for values, beside in zip(data, result[..., 3], strict=True):
+            np.subtract(values, less, out=beside, dtype=wide, casting="unsafe")
     placed = volume.index_to_world @ affine(origin=(-1.0, -1.0, -1.0))
     return Volume(result, placed, Mapping(0.5 * volume.mapping.scale))
+
+
+def middle(volume: Volume) -> float:
+    """The value beside which `index_gradient` stores a half of what values are more."""
+    return _stored_middle(volume) * volume.mapping.scale + volume.mapping.offset
+
+
+def _stored_middle(volume: Volume) -> float:
+    """What is taken off stored numbers so that digits are left for them: 0 for what single precision holds as it is."""
+    if volume.dtype.kind == "f" and volume.dtype.itemsize <= 4:
+        return 0.0
+    low, high = volume.range
+    stored = (0.5 * (low + high) - volume.mapping.offset) / volume.mapping.scale
+    return stored if volume.dtype.kind == "f" else float(round(stored))
 
 
 def gradient_type(volume: Volume) -> np.dtype[np.generic]:
@@ -83,8 +107,8 @@ def saves_time(volume: Volume, samples: float, device: Any) -> tuple[bool, str]:
     shape = tuple(n + 2 for n in volume.dims[::-1])
     voxels = math.prod(shape)
     kind = gradient_type(volume)
-    if not device.fits((*shape, 3), kind):
-        return False, f"{3 * kind.itemsize * voxels / 2**20:.0f} MiB of them would take too much of the device"
+    if not device.fits((*shape, 4), kind):
+        return False, f"{4 * kind.itemsize * voxels / 2**20:.0f} MiB of them would take too much of the device"
     cost = SECONDS_PER_VOXEL * voxels
     saved = SECONDS_PER_SAMPLE.get(device.name, 0.0) * samples
     figures = f"{cost * 1e3:.3g} ms to make, {saved * 1e3:.3g} ms less a frame for {samples:.3g} samples"

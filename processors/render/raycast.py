@@ -221,8 +221,6 @@ class Raycast(Processor):
                     found = memo(leaps, ranges, transfer_function, what, rows, least, level)
                 if found is None:
                     explain("bricks are not asked for: nearly all of them can be seen")
-                    if kernel == KERNELS["composite"]:
-                        defines["DENSE"] = lit
                 else:
                     bindings["bricks"] = found
                     defines["SKIP"] = True
@@ -233,6 +231,8 @@ class Raycast(Processor):
                 share = 1.0 if found is None or frame.streamed else float((found.data <= 0.0).mean())
                 shown = visible_samples(volume, camera, size, frame.step_length, share)
             frame.choose_gradients(gradients, shown, memo, explain)
+            if kernel == KERNELS["composite"]:
+                defines["ALL_LIT"] = frame.lights_all(dense=skip and found is None)
 
         # How many turns of loops a ray may take at most, as some drivers count.
         turns = frame.samples * (4.0 if lit and mode == "composite" else 1.3 if "SKIP" in defines else 1.0) + 100

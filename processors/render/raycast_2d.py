@@ -129,13 +129,14 @@ class Raycast2D(Processor):
                 found = memo(leaps, ranges, transfer_function, table_size)
             if found is None:
                 explain("bricks are not asked for: nearly all of them can be seen")
-                defines["DENSE"] = lit
             else:
                 share = float(visible.mean() if frame.streamed else (found.data <= 0.0).mean())
                 bindings["bricks"] = found
                 defines["SKIP"] = True
         shown = visible_samples(volume, camera, size, frame.step_length, share)
         frame.choose_gradients(gradients, shown, memo, explain)
+        if lit:
+            defines["ALL_LIT"] = frame.lights_all(dense=skip and found is None)
 
         # How many turns of loops a ray may take at most, as some drivers count.
         turns = frame.samples * (4.0 if lit else 1.3 if skip else 1.0) + 100

@@ -7,7 +7,7 @@
 #define LIT 0           // Phong illumination
 #endif
 #ifndef GRADIENT
-#define GRADIENT 0      // 1: a volume of gradients is bound, 2: with a voxel more on each side; 0: differences on the fly
+#define GRADIENT 0      // 1: a volume of gradients is bound, 2: with values beside them; 0: differences on the fly
 #endif
 #if GRADIENT
 field3v gradient;
@@ -19,6 +19,7 @@ uniform Material material;
 #if LIT || defined(BY_GRADIENT)
 #if GRADIENT == 2
 uniform float vanishing;            // per index unit: no component is greater where only rounding is left of a slope
+uniform float middle;               // the value beside which there is half of what values are more
 #endif
 uniform mat3 to_eye;                // takes gradients, in the space that they are in, to eye space
 

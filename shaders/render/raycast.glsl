@@ -15,8 +15,8 @@
 #ifndef PHASES
 #define PHASES 0        // 1: four neighbouring rays are cut into segments a quarter of a step apart
 #endif
-#ifndef DENSE
-#define DENSE 0         // 1: nearly all can be seen, so light falls on all segments without a question
+#ifndef ALL_LIT
+#define ALL_LIT 0       // 1: light falls on all segments without a question: nearly all can be seen, or it costs little
 #endif
 
 #if BY_GRADIENT
@@ -30,6 +30,16 @@ field1 table;
 // the number of runs, not with the number of samples.
 const float RUN = 32.0;
 
+// Value at a point of the ray; where its slope is asked for too, as where it is `lit`, from the same read as that.
+float value_at(Ray ray, float t, bool lit) {
+#if LIT || BY_GRADIENT
+#if GRADIENT == 2
+    return lit ? 2.0 * sample3v(gradient, point_at(ray, t) + 1.0).w + middle : sample3(volume, point_at(ray, t));
+#endif
+#endif
+    return sample3(volume, point_at(ray, t));
+}
+
 struct Segment {
     vec3 color;     // of what is seen of it, before illumination
     float depth;    // optical depth
@@ -37,8 +47,8 @@ struct Segment {
 };
 
 #if BY_GRADIENT
-vec4 matter_at(Ray ray, float t) {
-    float value = sample3(volume, point_at(ray, t));
+vec4 matter_at(Ray ray, float t, bool lit) {
+    float value = value_at(ray, t, true);
     float column = value * lookup_2d.x + lookup_2d.y;
     // Gradients are dear, and the outermost columns are empty.
     if (is_missing(value) || column <= 0.0 || column >= float(size2(table).x - 1)) {
@@ -50,14 +60,14 @@ vec4 matter_at(Ray ray, float t) {
         : classify_2d(table, vec2(column, magnitude * lookup_2d.z + lookup_2d.w));
 }
 #elif INTEGRATOR != 2
-vec4 matter_at(Ray ray, float t) {
-    return classify(table, lookup, sample3(volume, point_at(ray, t)));
+vec4 matter_at(Ray ray, float t, bool lit) {
+    return classify(table, lookup, value_at(ray, t, lit));
 }
 #endif
 
 vec4 end_of_segment(Ray ray, float t) {
 #if INTEGRATOR == 1
-    return matter_at(ray, t);
+    return matter_at(ray, t, false);
 #elif INTEGRATOR == 2
     return vec4(place_at(ray, t));
 #else
@@ -71,11 +81,11 @@ struct Points {
     Seen seen;
 };
 
-Points points_of(Ray ray, float start, float length) {
+Points points_of(Ray ray, float start, float length, bool lit) {
     Points points;
     float extinction[ORDER];
     for (int i = 0; i < ORDER; ++i) {
-        vec4 matter = matter_at(ray, start + nodes[i] * length);
+        vec4 matter = matter_at(ray, start + nodes[i] * length, lit);
         extinction[i] = matter.w;
         points.colors[i] = matter.rgb;
     }
@@ -84,17 +94,17 @@ Points points_of(Ray ray, float start, float length) {
 }
 #endif
 
-// Segment k of a ray that ends at `stop`: `length` mm from `start`, and begins with `front`.
-Segment segment(Ray ray, float k, float start, float length, float stop, vec4 front) {
+// Segment k of a ray that ends at `stop`: `length` mm from `start`, and begins with `front`. `lit`: light follows.
+Segment segment(Ray ray, float k, float start, float length, float stop, vec4 front, bool lit) {
     Segment result;
     result.back = front;
 #if INTEGRATOR == 0
-    vec4 matter = matter_at(ray, (k + 0.5) * step_length);
+    vec4 matter = matter_at(ray, (k + 0.5) * step_length, lit);
     result.color = matter.rgb;
     result.depth = matter.w * length;
 #endif
 #if INTEGRATOR == 1
-    vec4 back = matter_at(ray, min((k + 1.0) * step_length, stop));
+    vec4 back = matter_at(ray, min((k + 1.0) * step_length, stop), false);
     result.depth = 0.5 * (front.w + back.w) * length;
     float rest = back.w * exp(-result.depth);
     result.color = front.w + rest > 0.0 ? (front.rgb * front.w + back.rgb * rest) / (front.w + rest) : back.rgb;
@@ -108,7 +118,7 @@ Segment segment(Ray ray, float k, float start, float length, float stop, vec4 fr
     result.back = back;
 #endif
 #if INTEGRATOR == 3
-    Points points = points_of(ray, start, length);
+    Points points = points_of(ray, start, length, lit);
     result.depth = points.seen.depth;
     result.color = vec3(0.0);
     for (int i = 0; i < ORDER; ++i) {
@@ -137,7 +147,7 @@ vec3 light_on(Ray ray, float k, float start, float length, vec4 front, Segment p
 #endif
 #if INTEGRATOR == 3
     vec3 sum = vec3(0.0);
-    Points points = points_of(ray, start, length);
+    Points points = points_of(ray, start, length, true);
     for (int i = 0; i < ORDER; ++i) {
         sum += points.seen.shares[i] * shade(points.colors[i], ray, start + nodes[i] * length);
     }
@@ -180,7 +190,7 @@ struct Group {
     Segment four;
 };
 
-Group group_at(Ray ray, float k, float first, float last, vec2 range) {
+Group group_at(Ray ray, float k, float first, float last, vec2 range, bool lit) {
     Group group;
     vec4 starts = vec4(k, k + 1.0, k + 2.0, k + 3.0) * step_length;
     group.lengths = lengths_of(starts, range);
@@ -190,10 +200,10 @@ Group group_at(Ray ray, float k, float first, float last, vec2 range) {
     // Those behind the last one belong to another block.
     group.lengths = mix(group.lengths, vec4(0.0), greaterThan(vec4(k, k + 1.0, k + 2.0, k + 3.0), vec4(last)));
 #endif
-    group.one = segment(ray, k, group.starts.x, group.lengths.x, range.y, group.front);
-    group.two = segment(ray, k + 1.0, group.starts.y, group.lengths.y, range.y, group.one.back);
-    group.three = segment(ray, k + 2.0, group.starts.z, group.lengths.z, range.y, group.two.back);
-    group.four = segment(ray, k + 3.0, group.starts.w, group.lengths.w, range.y, group.three.back);
+    group.one = segment(ray, k, group.starts.x, group.lengths.x, range.y, group.front, lit);
+    group.two = segment(ray, k + 1.0, group.starts.y, group.lengths.y, range.y, group.one.back, lit);
+    group.three = segment(ray, k + 2.0, group.starts.z, group.lengths.z, range.y, group.two.back, lit);
+    group.four = segment(ray, k + 3.0, group.starts.w, group.lengths.w, range.y, group.three.back, lit);
     return group;
 }
 
@@ -286,7 +296,7 @@ Result pixel(ivec2 at) {
     vec4 crossed = vec4(0.0);
     // One loop and not one for each run: llvmpipe goes through the body of a loop once more after all have left it.
     while (k <= last && hidden < ENOUGH) {
-#if LIT && !DENSE
+#if LIT && !ALL_LIT
         // Light is dear. Neighbouring rays, which run in step, first look each for something visible, and then all
         // light theirs together.
         float begin = k;
@@ -294,7 +304,7 @@ Result pixel(ivec2 at) {
         bool searching = true;
         while (searching) {
             begin = k;
-            Group group = group_at(ray, k, first, last, range);
+            Group group = group_at(ray, k, first, last, range, false);
             depths = vec4(group.one.depth, group.two.depth, group.three.depth, group.four.depth);
 #if SKIP
             k = next_seen(leaper, k + 4.0, first, last);
@@ -311,12 +321,12 @@ Result pixel(ivec2 at) {
             float start = max(at * step_length, range.x);
             float length = lengths_of(vec4(at * step_length), range).x;
             vec4 front = end_of_segment(ray, start);
-            Segment part = segment(ray, at, start, length, range.y, front);
+            Segment part = segment(ray, at, start, length, range.y, front, true);
             run = add(run, light_on(ray, at, start, length, front, part), part.depth);
             i = i < 1.0 && depths.y > 0.0 ? 1.0 : i < 2.0 && depths.z > 0.0 ? 2.0 : i < 3.0 && depths.w > 0.0 ? 3.0 : 4.0;
         }
 #else
-        Group group = group_at(ray, k, first, last, range);
+        Group group = group_at(ray, k, first, last, range, true);
         vec4 depths = vec4(group.one.depth, group.two.depth, group.three.depth, group.four.depth);
         crossed = hidden <= depth_opacity ? depths : crossed;
         crossing = hidden <= depth_opacity ? vec2(k, hidden) : crossing;

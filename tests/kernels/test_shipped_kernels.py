@@ -109,7 +109,8 @@ def _integrators() -> list[tuple[str, dict[str, Any]]]:
         cheap = {"volume": STORED, "transfer_function": SPARSE, "termination": 0.9, "interval": INTERVAL, "lit": False}
         cases += [(f"{integrator}-dear", both | dear), (f"{integrator}-cheap", both | cheap)]
         lit = {"volume": VOLUME, "transfer_function": FUNCTION, "termination": 1.0, "order": 3}
-        cases += [(f"{integrator}-lit", both | lit)]
+        cases += [(f"{integrator}-lit", both | lit), (f"{integrator}-matte", both | lit | {"specular": 0.0})]
+        cases += [(f"{integrator}-precomputed", both | lit | {"gradients": "precomputed"})]
     many = {"volume": VOLUME, "transfer_function": KEYED, "integrator": "adaptive", "camera": CAMERA, "lit": False}
     cases += [("adaptive-many-keys", many)]
     phases = {"volume": VOLUME, "transfer_function": SPARSE, "camera": CAMERA, "quality": "interactive/2"}
@@ -117,7 +118,9 @@ def _integrators() -> list[tuple[str, dict[str, Any]]]:
     for mode in ("composite", "maximum", "first_hit", "iso"):
         values = {"volume": VOLUME, "transfer_function": SPARSE, "mode": mode, "termination": 1.0, "lit": False}
         values |= {"camera": CAMERA, "iso_value": 0.75, "hit_extinction": 0.1}
-        cases += [(f"{mode}-sparse", values), (f"{mode}-sparse-all", values | {"skip": False, "volume": STORED})]
+        matte = {"lit": True, "specular": 0.0, "gradients": "precomputed"} if mode != "maximum" else {}
+        cases += [(f"{mode}-sparse", values), (f"{mode}-matte", values | matte)]
+        cases += [(f"{mode}-sparse-all", values | {"skip": False, "volume": STORED})]
     return cases
 
 
@@ -138,6 +141,7 @@ def _by_gradient() -> list[tuple[str, dict[str, Any]]]:
     cases += [(f"{one}-unlit", seen | {"integrator": one, "lit": False}) for one in ("midpoint", "gauss3")]
     cases += [("wired", seen | {"gradient": SLOPES}), ("interval", seen | {"interval": INTERVAL, "skip": False})]
     cases += [("dense", seen | {"skip": False, "volume": STORED}), ("early", seen | {"termination": 0.8})]
+    cases += [("matte", seen | {"specular": 0.0})]
     cases += [("precomputed", seen | {"gradients": "precomputed"}), ("sparse", seen | {"transfer_function": far})]
     return cases
 

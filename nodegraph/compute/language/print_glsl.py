@@ -7,7 +7,7 @@ from . import syntax as s
 from .fields_glsl import accessor_text, declarations
 from .module import FieldSlot, Layout, Module
 from .names import mangle
-from .printing import FieldRef, Instance, Printer, Storages, divides_plainly, is_int
+from .printing import FieldRef, Instance, Printer, Storages, bare, divides_plainly, is_int
 from .types import BOOL, FLOAT, Array, Matrix, Numeric, Struct, Type
 from .uniform_leaves import leaves
 
@@ -113,16 +113,38 @@ class _GlslPrinter(Printer):
 
     # Statements
 
-    def print_dowhile(self, stmt: s.DoWhile) -> None:
-        """Print the test at the end as the step of a for loop, which ``continue`` reaches too.
+    def print_while(self, stmt: s.While) -> None:
+        if left_early(stmt.body):
+            super().print_while(stmt)
+        else:
+            self.tested_at_its_end(stmt, self.expr(stmt.condition))
 
-        Inside another loop llvmpipe (Mesa 22.3) goes on with pixels that have left a do loop: their values are wrong.
-        """
-        again = f"ng_again{self.loops}"
-        self.loops += 1
+    def print_dowhile(self, stmt: s.DoWhile) -> None:
+        if not left_early(stmt.body):
+            self.tested_at_its_end(stmt, "true")
+            return
+        again = self.again()
+        # The test as the step of a for loop, which ``continue`` reaches too.
         self.emit(stmt.line, f"for (bool {again} = true; {again}; {again} = {self.expr(stmt.condition)}) {{")
         self.inner(stmt.body)
         self.emit(0, "}")
+
+    def tested_at_its_end(self, stmt: s.While | s.DoWhile, first: str) -> None:
+        """Print a loop that llvmpipe (Mesa 22.3) does not go through once more after the last pixel has left it.
+
+        What pixels that have left before compute meanwhile is seen behind a do loop there, so they do nothing.
+        """
+        again = self.again()
+        self.emit(stmt.line, f"bool {again} = {bare(first)};")
+        self.emit(0, f"do {{ if ({again}) {{")
+        self.inner(stmt.body)
+        self.emit(stmt.condition.line, f"    {again} = {bare(self.expr(stmt.condition))};")
+        self.emit(0, f"}} }} while ({again});")
+
+    def again(self) -> str:
+        """A name for whether a pixel goes through a loop again."""
+        self.loops += 1
+        return f"ng_again{self.loops}"
 
     #: How many names it has made.
     loops = 0
@@ -298,6 +320,21 @@ class _GlslPrinter(Printer):
 
     def accessor(self, name: str, ref: FieldRef) -> str:
         return accessor_text(self, name, ref)
+
+
+def left_early(stmt: s.Stmt | None, nested: bool = False) -> bool:
+    """Is a turn of the loop that has this body ended early somewhere, by a jump of its own or by a return?"""
+    if isinstance(stmt, s.Return):
+        return True
+    if isinstance(stmt, s.Jump):
+        return not nested
+    if isinstance(stmt, s.Block):
+        return any(left_early(part, nested) for part in stmt.body)
+    if isinstance(stmt, s.If):
+        return left_early(stmt.yes, nested) or left_early(stmt.no, nested)
+    if isinstance(stmt, s.For | s.While | s.DoWhile):
+        return left_early(stmt.body, True)
+    return False
 
 
 def literal(expr: s.Literal) -> str:

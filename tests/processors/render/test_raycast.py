@@ -85,12 +85,14 @@ def test_composite_equals_the_numpy_ray_caster(device, camera, rng):
 
 @pytest.mark.parametrize("camera", [CAMERA, FLAT], ids=["perspective", "orthographic"])
 @pytest.mark.parametrize("light", [Light(), Light("point", "world", (20, -60, 40))], ids=["directional", "point"])
-def test_phong_equals_the_numpy_ray_caster(device, camera, light):
+@pytest.mark.parametrize("specular", [0.3, 0.0])
+@pytest.mark.parametrize("gradients", ["on_the_fly", "precomputed"])
+def test_phong_equals_the_numpy_ray_caster(device, camera, light, specular, gradients):
     volume = blob(16)
-    phong = {"ambient": 0.2, "diffuse": 0.7, "specular": 0.3, "shininess": 12.0}
+    phong = {"ambient": 0.2, "diffuse": 0.7, "specular": specular, "shininess": 12.0}
     shade = twin.phong(volume, camera, light, **phong)
     expected, _ = twin.composite(volume, RAMP, camera, SIZE, 1.5, shade)
-    image = render(device, volume, camera, step=0.5, lit=True, light=light, **phong)
+    image = render(device, volume, camera, step=0.5, lit=True, light=light, gradients=gradients, **phong)
     assert np.abs(image.color - expected).max() < 2e-3
     assert np.abs(image.color - expected).mean() < 5e-5
 
