@@ -7,7 +7,7 @@ outermost voxels goes on.
 
     ranges = brick_ranges(volume)                                     one pass over the volume
     visible = visible_bricks(ranges, table, lookup)                   one look-up per brick, for each transfer function
-    reaches = brick_reaches(visible)                                  how far a ray may leap
+    reaches = brick_reaches(visible)                                  how far a ray may leap, for each octant
 
 All of them are pure functions of volumes, arrays and numbers. Arrays of bricks are (z, y, x), as volumes are.
 Source: Schlosser 2009, C06 (least and greatest value, transparency by a prefix sum); docs/decisions/0007.
@@ -32,10 +32,8 @@ BRICK = 4
 FARTHEST = 255
 """The greatest distance that `brick_distances` tells apart."""
 
-SLACK = 1e-3
-"""Bricks by which a cube that is leapt over is taken for smaller, for the rounding of positions on a device."""
-
-NO_REACH = -1e6
+FARTHEST_LEAP = 32
+"""Bricks that are leapt over at once, at most: finding a greater distance takes longer than leaping twice."""
 
 VALUE_ROUNDING = 2.0**-20
 """Relative error of an interpolated value in single precision: 16 roundings (seven interpolations, the mapping)."""
@@ -148,14 +146,21 @@ def brick_distances(visible: Array) -> NDArray[np.uint8]:
     return _chebyshev(np.asarray(visible, np.bool_))
 
 
-def brick_reaches(visible: Array) -> NDArray[np.float32]:
-    """How far, in bricks, it is from the middle of each brick to the sides of the cube that a ray may leap over.
+def brick_reaches(visible: Array) -> NDArray[np.float16]:
+    """How far, in bricks, it is from the middle of each brick to the far sides of a cube that a ray may leap over.
 
-    (bz, by, bx) float32, as shaders/common/bricks.glsl reads it. The cube is `SLACK` less than half a brick short of
-    the nearest visible one; about a visible brick there is none, and what stands there is below 0 whatever is added.
+    (8 bz, by, bx), as shaders/common/bricks.glsl reads it: -1/2 .. 31 1/2, below 0 for a visible brick. The cube begins
+    with the brick, goes into one of eight octants, and ends before the nearest visible brick of that octant. Octant
+    x + 2 y + 4 z, where 1 stands for an axis along which coordinates grow, begins with layer bz times its number. From
+    every brick that a ray comes to it goes on in the same octant; of a cube about a brick most would lie behind it.
     """
-    distances = brick_distances(visible)
-    return np.where(distances > 0, distances - np.float32(0.5 + SLACK), np.float32(NO_REACH))
+    found = [(~np.asarray(visible, np.bool_)).astype(np.uint8) * np.uint8(FARTHEST_LEAP)]
+    for _ in range(3):
+        # The last axis comes to the front, where shifting is fast; after three turns all are where they were.
+        turned = [np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in found]
+        found = [_nearest(each, ahead) for ahead in (False, True) for each in turned]
+    reaches = (np.arange(FARTHEST_LEAP + 1) - 0.5).astype(np.float16)
+    return np.take(reaches, np.concatenate(found))
 
 
 def visible_box(visible: Array, dims: tuple[int, int, int]) -> tuple[Array, Array] | None:
@@ -196,14 +201,22 @@ def _chebyshev(found: Flags) -> NDArray[np.uint8]:
     for _ in range(distance.ndim):
         # The next axis comes to the front, where shifting is fast; after three turns all are where they were.
         before = np.ascontiguousarray(np.moveaxis(distance, -1, 0))
-        distance, longer, steps = before.copy(), before.copy(), np.empty_like(before)
-        for k in range(1, min(len(before), FARTHEST)):
-            if k >= distance.max():
-                break  # nothing gets nearer by steps as long as this
-            steps.fill(k)  # numpy is eight times slower with a number than with an array of it
-            np.maximum(longer, steps, out=longer)
-            np.minimum(distance[k:], longer[:-k], out=distance[k:])
+        distance = np.minimum(_nearest(before, ahead=True), _nearest(before, ahead=False))
+    return distance
+
+
+def _nearest(before: NDArray[np.uint8], ahead: bool) -> NDArray[np.uint8]:
+    """The least of max(k, what stands k cells ahead along the first axis, or behind), k = 0, 1, ..."""
+    distance, longer, steps = before.copy(), before.copy(), np.empty_like(before)
+    for k in range(1, min(len(before), FARTHEST)):
+        if k >= distance.max():
+            break  # nothing gets nearer by steps as long as this
+        steps.fill(k)  # numpy is eight times slower with a number than with an array of it
+        np.maximum(longer, steps, out=longer)
+        if ahead:
             np.minimum(distance[:-k], longer[k:], out=distance[:-k])
+        else:
+            np.minimum(distance[k:], longer[:-k], out=distance[k:])
     return distance
 
 

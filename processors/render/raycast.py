@@ -228,7 +228,7 @@ class Raycast(Processor):
         if lit:
             shown = size[0] * size[1]
             if mode == "composite":
-                share = 1.0 if found is None or frame.streamed else float((found.data <= 0.0).mean())
+                share = 1.0 if found is None or frame.streamed else float((found.data < 0.0).mean())
                 shown = visible_samples(volume, camera, size, frame.step_length, share)
             frame.choose_gradients(gradients, shown, memo, explain)
             if kernel == KERNELS["composite"]:

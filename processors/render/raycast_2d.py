@@ -130,7 +130,7 @@ class Raycast2D(Processor):
             if found is None:
                 explain("bricks are not asked for: nearly all of them can be seen")
             else:
-                share = float(visible.mean() if frame.streamed else (found.data <= 0.0).mean())
+                share = float(visible.mean() if frame.streamed else (found.data < 0.0).mean())
                 bindings["bricks"] = found
                 defines["SKIP"] = True
         shown = visible_samples(volume, camera, size, frame.step_length, share)

@@ -279,7 +279,8 @@ Result pixel(ivec2 at) {
     float first = segments.x;
     float last = segments.y - 1.0;
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length, looked_at());
+    vec3 origin = ray.origin - bricks_corner();
+    Leaper leaper = leaper_of(origin, ray.direction, step_length, looked_at(), layers_of(bricks));
     float k = next_seen(leaper, first, first, last);
 #else
     float k = first;

@@ -36,7 +36,8 @@ Result pixel(ivec2 at) {
     float first = segments.x;
     float end = segments.y;
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length, vec2(0.0, 1.0));
+    vec3 origin = ray.origin - bricks_corner();
+    Leaper leaper = leaper_of(origin, ray.direction, step_length, vec2(0.0, 1.0), layers_of(bricks));
 #endif
     float per_mm = tolerance / (range.y - range.x);
 

@@ -308,8 +308,10 @@ Result pixel(ivec2 at) {
         float leave = min(exits.x, min(exits.y, exits.z));
         float stop = min(leave, range.y);
 #if SKIP
-        vec3 b = clamp(floor((cell - bricks_corner()) / BRICK), vec3(0.0), vec3(size3(bricks)) - 1.0);
-        bool seen = fetch3(bricks, ivec3(b)) <= 0.0;
+        // That of any octant says it.
+        vec3 b = floor((cell - bricks_corner()) / BRICK);
+        b.z = clamp(b.z, 0.0, layers_of(bricks) - 1.0);
+        bool seen = fetch3(bricks, ivec3(b)) < 0.0;
 #else
         bool seen = true;
 #endif

@@ -20,7 +20,7 @@ Result pixel(ivec2 at) {
     float first = segments.x;
     float end = segments.y;
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length, vec2(0.5));
+    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length, vec2(0.5), 0.0);
 #endif
     float best = -FAR;
     float best_t = 0.0;

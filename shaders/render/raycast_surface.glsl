@@ -74,7 +74,8 @@ Result pixel(ivec2 at) {
     }
 #endif
 #if SKIP
-    Leaper leaper = leaper_of(ray.origin - bricks_corner(), ray.direction, step_length, vec2(0.5));
+    vec3 origin = ray.origin - bricks_corner();
+    Leaper leaper = leaper_of(origin, ray.direction, step_length, vec2(0.5), layers_of(bricks));
 #endif
     // Between `before`, outside, and `found`, inside, lies the surface; where it is exactly is asked behind the loop, since
     // llvmpipe would go through the bisection at every turn.

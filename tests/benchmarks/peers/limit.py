@@ -23,6 +23,8 @@ from tests.benchmarks.peers.scenes import Scene
 STEPS = (2.0, 1.0, 0.5)
 TILES = 1500
 """Of 4 x 2 pixels, drawn at random."""
+ROUNDING = 1e-3
+"""Bricks that a leap stays short of its goal, as in shaders/common/bricks.glsl."""
 GROUP = 4
 """Samples that are made without a question between them."""
 ROWS = 2048
@@ -128,14 +130,17 @@ def _leap(
     looked: Numbers,
 ) -> Numbers:
     """The first segments, from k on, in whose middle something may be; ``looked`` counts the bricks asked."""
-    here, farthest = k.copy(), np.array(reaches.shape[::-1]) - 1
+    here, layers = k.copy(), reaches.shape[0] // 8
+    farthest = np.array([*reaches.shape[:0:-1], layers]) - 1
+    octant = (rays.along >= 0.0) @ [1, 2, 4]
     while going.size:
         place = rays.at(going, (here[going] + 0.5) * length) / BRICK
         brick = np.floor(place)
         x, y, z = np.clip(brick, 0, farthest).astype(int).T
         looked[going] += 1
         per_brick = BRICK / np.where(rays.along[going] == 0.0, 1e-30, rays.along[going] * length)
-        exits = (brick + 0.5 - place) * per_brick + reaches[z, y, x][:, None] * np.abs(per_brick)
+        reach = reaches[z + layers * octant[going], y, x][:, None].astype(float) - ROUNDING
+        exits = (brick + 0.5 - place) * per_brick + reach * np.abs(per_brick)
         far = np.floor(exits.min(axis=1) + 1.0)
         here[going] = np.minimum(here[going] + np.maximum(far, 0.0), last[going] + 1.0)
         going = going[(far > 0.0) & (here[going] <= last[going])]

@@ -151,7 +151,8 @@ def test_rays_are_followed_as_they_are_cast() -> None:
         assert one.segments == pytest.approx(64 / one.step, abs=1)
         assert one.visible == pytest.approx(4 / one.step, abs=2)
         assert one.visible <= one.samples <= 16 / one.step + 2 * GROUP
-        assert 4 <= one.leaps - one.samples / GROUP <= 9  # one that says yes before each group of samples
+        # One that says yes before each group of samples; else before the slabs, between and behind them.
+        assert 3 <= one.leaps - one.samples / GROUP <= 6
         lowest = [Stage(VALUE, 10.0), Stage(VOXEL, 5.0)]
         cores = os.cpu_count() or 1
         assert one.seconds(1000, lowest) == pytest.approx((one.samples * 10 + one.leaps * 5) * 1e-6 / cores)

@@ -3,6 +3,8 @@
 Checks: Schlosser 2009, T58, T60, T61.
 """
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -268,11 +270,24 @@ def test_distances_end_at_255():
     assert brick_distances(visible)[0, 0].tolist() == [*range(255), *[255] * 345]
 
 
-def test_a_ray_leaps_to_just_before_what_can_be_seen():
-    reaches = brick_reaches(np.array([[[False, False, False, True, False]]]))
-    assert reaches.dtype == np.float32
-    assert reaches[0, 0, [0, 1, 2, 4]] == pytest.approx([2.499, 1.499, 0.499, 0.499])
-    assert reaches[0, 0, 3] == -1e6
+def test_a_ray_leaps_to_what_can_be_seen_on_its_way():
+    visible = np.zeros((1, 1, 40), bool)
+    visible[..., 3] = True
+    behind, ahead = brick_reaches(visible)[:2, 0]
+    assert ahead[:6].tolist() == [2.5, 1.5, 0.5, -0.5, 31.5, 31.5]
+    assert behind[:6].tolist() == [31.5, 31.5, 31.5, -0.5, 0.5, 1.5]
+    assert behind[-1] == 31.5, "no leap is longer"
+
+
+@given(hnp.arrays(np.bool_, st.tuples(*[st.integers(1, 7)] * 3)))
+def test_reaches_are_those_of_brute_force_in_each_octant(visible):
+    reaches = brick_reaches(visible).reshape(2, 2, 2, *visible.shape)
+    seen = np.argwhere(visible)
+    for octant in itertools.product((0, 1), repeat=3):
+        for cell in np.argwhere(np.ones_like(visible)):
+            away = (seen - cell) * (2 * np.array(octant) - 1)
+            there = away[(away >= 0).all(axis=1)]
+            assert reaches[(*octant, *cell)] == (there.max(axis=1).min() if len(there) else 32) - 0.5
 
 
 @settings(max_examples=100, deadline=None)
