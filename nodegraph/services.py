@@ -182,14 +182,18 @@ class Memo:
         self._note = note
         self._lasting = lasting
 
+    def kept(self, function: Callable[..., Any], *args: Any) -> bool:
+        """Whether the result lies in memory: for what another way makes as well, to rounding, while one interacts."""
+        return self._full_key(function, args) in self._cache
+
     def __call__(self, function: Callable[..., Any], *args: Any, disk: bool = False) -> Any:
         self._check()
-        code = function_key(function)
         where = f"memo({function.__name__})"
-        key = digest("memo", code, *(self._key(arg, f"{where}: argument {i + 1}") for i, arg in enumerate(args)))
+        key = self._full_key(function, args)
         label = f"{self._path}/{function.__name__}"
         found = self._cache.get(key)
         if found is None and disk and self._disk is not None:
+            code = function_key(function)
             lasting = digest("memo", code, *(self._lasting_key(arg, f"{where}: argument") for arg in args))
             found = self._disk.get(lasting)
             if found is not None:
@@ -211,6 +215,11 @@ class Memo:
                 self._note(f"{label}: not kept on disk: {refused}")
         self._done(label, seconds, False, result.nbytes)
         return value
+
+    def _full_key(self, function: Callable[..., Any], args: tuple[Any, ...]) -> bytes:
+        where = f"memo({function.__name__}): argument"
+        keys = (self._key(arg, f"{where} {i + 1}") for i, arg in enumerate(args))
+        return digest("memo", function_key(function), *keys)
 
     def _key(self, arg: Any, where: str) -> bytes:
         if isinstance(arg, Value) and arg.provenance is not None:

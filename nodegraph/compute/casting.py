@@ -157,14 +157,20 @@ class Casting:
         return result
 
     def choose_gradients(
-        self, asked: str, shown: float, memo: Callable[..., Any], explain: Callable[[str], None]
+        self, asked: str, shown: float, memo: Any, explain: Callable[[str], None], coarse: bool = False
     ) -> None:
-        """Bind gradients, or let the kernel take differences; ``shown``: samples a frame that need one."""
+        """Bind gradients, or let the kernel take differences; ``shown``: samples a frame that need one.
+
+        A ``coarse`` picture, as interactive quality has it, takes those that a finer one has left.
+        """
         self.defines |= {"GRADIENT": 0 if self.gradient is None else 1}
         if self.gradient is not None:
             self.bindings |= {"gradient": self.gradient}
             return
         made, why = beforehand(asked, self.volume, shown, self.device, self.streamed)
+        free = asked == "automatic" and not self.streamed and np.dtype(self.device.real).itemsize <= 4
+        if coarse and free and not made and memo.kept(index_gradient, self.volume):
+            made, why = True, "a finer picture has left them"
         explain(f"gradients are {'precomputed' if made else 'taken on the fly'}: {why}")
         if made:
             # They have a voxel more on each side than what is wired, and values beside them.

@@ -16,7 +16,7 @@ Source: Schlosser 2009, C06 (least and greatest value, transparency by a prefix 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,6 +161,18 @@ def brick_reaches(visible: Array) -> NDArray[np.float16]:
         found = [_nearest(each, ahead) for ahead in (False, True) for each in turned]
     reaches = (np.arange(FARTHEST_LEAP + 1) - 0.5).astype(np.float16)
     return np.take(reaches, np.concatenate(found))
+
+
+class Leaps(NamedTuple):
+    """`brick_reaches` as a volume, and the share of the bricks that can be seen."""
+
+    reaches: Volume
+    share: float
+
+    @classmethod
+    def over(cls, visible: Flags) -> Leaps:
+        """What a ray-caster needs to leap over the bricks that are not ``visible``."""
+        return cls(Volume(brick_reaches(visible)), float(visible.mean()))
 
 
 def visible_box(visible: Array, dims: tuple[int, int, int]) -> tuple[Array, Array] | None:

@@ -215,22 +215,23 @@ class Raycast(Processor):
                 rows = pair_table_size if what == "preintegrated" else table_size
                 least = {"first_hit": hit_extinction, "iso": iso_value}.get(what, 0.0)
                 if frame.streamed:
-                    ranges, visible = None, memo(visible_groups, ranges, transfer_function, what, rows, least, level)
-                    found = visible
+                    visible = found = memo(visible_groups, ranges, transfer_function, what, rows, least, level)
+                    ranges = None
                 else:
                     found = memo(leaps, ranges, transfer_function, what, rows, least, level)
                 if found is None:
                     explain("bricks are not asked for: nearly all of them can be seen")
                 else:
-                    bindings["bricks"] = found
                     defines["SKIP"] = True
+                    if not frame.streamed:
+                        bindings["bricks"] = found.reaches
 
         if lit:
             shown = size[0] * size[1]
             if mode == "composite":
-                share = 1.0 if found is None or frame.streamed else float((found.data < 0.0).mean())
+                share = 1.0 if found is None or frame.streamed else found.share
                 shown = visible_samples(volume, camera, size, frame.step_length, share)
-            frame.choose_gradients(gradients, shown, memo, explain)
+            frame.choose_gradients(gradients, shown, memo, explain, coarse=size != whole)
             if kernel == KERNELS["composite"]:
                 defines["ALL_LIT"] = frame.lights_all(dense=skip and found is None)
 
@@ -292,9 +293,9 @@ def _gauss(order):
 
 
 def leaps(ranges, function, what, rows, least, level):
-    """How far a ray may leap from each brick, as a volume; None where it is not worth asking."""
+    """How far a ray may leap from each brick; None where it is not worth asking."""
     visible = visible_groups(ranges, function, what, rows, least, level)
-    return None if visible is None else Volume(bricks.brick_reaches(visible))
+    return None if visible is None else bricks.Leaps.over(visible)
 
 
 def visible_groups(ranges, function, what, rows, least, level):

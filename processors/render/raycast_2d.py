@@ -130,11 +130,12 @@ class Raycast2D(Processor):
             if found is None:
                 explain("bricks are not asked for: nearly all of them can be seen")
             else:
-                share = float(visible.mean() if frame.streamed else (found.data < 0.0).mean())
-                bindings["bricks"] = found
                 defines["SKIP"] = True
+                share = float(visible.mean()) if frame.streamed else found.share
+                if not frame.streamed:
+                    bindings["bricks"] = found.reaches
         shown = visible_samples(volume, camera, size, frame.step_length, share)
-        frame.choose_gradients(gradients, shown, memo, explain)
+        frame.choose_gradients(gradients, shown, memo, explain, coarse=size != whole)
         if lit:
             defines["ALL_LIT"] = frame.lights_all(dense=skip and found is None)
 
@@ -145,9 +146,9 @@ class Raycast2D(Processor):
 
 
 def leaps(ranges, function, table_size):
-    """How far a ray may leap from each brick, as a volume; None where it is not worth asking."""
+    """How far a ray may leap from each brick; None where it is not worth asking."""
     visible = visible_groups(ranges, function, table_size)
-    return None if visible is None else Volume(bricks.brick_reaches(visible))
+    return None if visible is None else bricks.Leaps.over(visible)
 
 
 def visible_groups(ranges, function, table_size):

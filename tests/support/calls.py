@@ -7,6 +7,16 @@ from typing import Any
 from nodegraph import registry
 
 
+class MadeAnew:
+    """The service `memo` where nothing is kept."""
+
+    def __call__(self, function: Any, *args: Any, disk: bool = False) -> Any:
+        return function(*args)
+
+    def kept(self, function: Any, *args: Any) -> bool:
+        return False
+
+
 def call(
     id: str,
     device: Any = None,
@@ -26,7 +36,7 @@ def call(
     arguments |= values
     services = {"size": size, "device": device, "wanted": frozenset(cls.outputs), "quality": quality}
     services["progress"] = lambda fraction, text="": None
-    services["memo"] = memo or (lambda function, *args, disk=False: function(*args))
+    services["memo"] = memo or MadeAnew()
     services["workspace"] = lambda path: ""
     services["explain"] = explain or (lambda text: None)
     arguments |= {name: value for name, value in services.items() if name in cls.services}
