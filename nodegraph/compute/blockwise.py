@@ -244,7 +244,7 @@ def _place(cast: Cast, block: Block, size: int) -> dict[str, Any]:
     per_block = size // BRICK
     if cast.visible is not None:
         z, y, x = (slice(at * per_block, (at + 1) * per_block) for at in block.place[::-1])
-        own["bricks"] = Volume(brick_reaches(cast.visible[z, y, x]))
+        own["bricks"] = Volume(brick_reaches(cast.visible[z, y, x], quickly=True))  # for one frame
     elif cast.ranges is not None:
         ends = brick_counts(cast.volume.dims)[::-1]
         here = [

@@ -146,20 +146,24 @@ def brick_distances(visible: Array) -> NDArray[np.uint8]:
     return _chebyshev(np.asarray(visible, np.bool_))
 
 
-def brick_reaches(visible: Array) -> NDArray[np.float16]:
+def brick_reaches(visible: Array, quickly: bool = False) -> NDArray[np.float16]:
     """How far, in bricks, it is from the middle of each brick to the far sides of a cube that a ray may leap over.
 
     (8 bz, by, bx), as shaders/common/bricks.glsl reads it: -1/2 .. 31 1/2, below 0 for a visible brick. The cube begins
     with the brick, goes into one of eight octants, and ends before the nearest visible brick of that octant. Octant
     x + 2 y + 4 z, where 1 stands for an axis along which coordinates grow, begins with layer bz times its number. From
     every brick that a ray comes to it goes on in the same octant; of a cube about a brick most would lie behind it.
+    ``quickly``: of such a cube nonetheless, the same for all octants, in a fifth of the time.
     """
+    reaches = (np.arange(FARTHEST_LEAP + 1) - 0.5).astype(np.float16)
+    if quickly:
+        about = np.take(reaches, np.minimum(brick_distances(visible), FARTHEST_LEAP))
+        return np.concatenate([about] * 8)
     found = [(~np.asarray(visible, np.bool_)).astype(np.uint8) * np.uint8(FARTHEST_LEAP)]
     for _ in range(3):
         # The last axis comes to the front, where shifting is fast; after three turns all are where they were.
         turned = [np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in found]
         found = [_nearest(each, ahead) for ahead in (False, True) for each in turned]
-    reaches = (np.arange(FARTHEST_LEAP + 1) - 0.5).astype(np.float16)
     return np.take(reaches, np.concatenate(found))
 
 

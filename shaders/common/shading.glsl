@@ -1,7 +1,7 @@
 // Local illumination in eye space: x right, y up, z backwards, origin at the eye, mm.
 
 #ifndef GLOSS
-#define GLOSS 1         // 1: some light is reflected as by a mirror; 0: specular is 0
+#define GLOSS 1         // 1: some light is reflected as by a mirror
 #endif
 
 struct Light {

@@ -92,6 +92,16 @@ def test_an_unlit_scene_holds_no_gradient_code_and_no_light(engine_on_each, mode
     assert not switches["GRADIENT"].matters
 
 
+@pytest.mark.parametrize("mode", ["composite", "iso"])
+def test_a_matte_scene_computes_no_gloss(engine_on_each, mode) -> None:
+    for specular in (0.0, 0.3):
+        told = scene(engine_on_each, scenery(mode=mode, lit=True, specular=specular), size=SIZE)
+        switches = {switch.name: switch for kernel in told.nodes["raycast"].kernels for switch in kernel.switches}
+        assert switches["GLOSS"].matters
+        assert switches["GLOSS"].held == (specular > 0.0)
+        assert ("pow(" in Translated(told, "raycast").text) == (specular > 0.0)
+
+
 def test_an_unlit_scene_makes_no_gradient_volume(own) -> None:
     told = scene(own, scenery(lit=False), size=SIZE)
     assert told.idle["slope"] == "nothing that is shown reads it"

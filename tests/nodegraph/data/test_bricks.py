@@ -288,6 +288,8 @@ def test_reaches_are_those_of_brute_force_in_each_octant(visible):
             away = (seen - cell) * (2 * np.array(octant) - 1)
             there = away[(away >= 0).all(axis=1)]
             assert reaches[(*octant, *cell)] == (there.max(axis=1).min() if len(there) else 32) - 0.5
+    about = brick_reaches(visible, quickly=True).reshape(8, *visible.shape)
+    assert (about == np.minimum(brick_distances(visible), 32) - 0.5).all()
 
 
 @settings(max_examples=100, deadline=None)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nodegraph.data import Camera, Light, Mapping, TransferFunction, Volume
+from nodegraph.data import Camera, Light, Mapping, TransferFunction, Volume, gradients
 from nodegraph.data.space import centred
-from tests.support.calls import call
+from tests.support.calls import MadeAnew, call
 
 SIZE = (24, 20)
 DIMS = (15, 12, 13)
@@ -78,3 +78,27 @@ def test_where_nothing_changes_light_has_no_direction(device, dtype, gradients):
     seen = image.color[..., 3] > 0.99
     assert seen.any()
     assert np.abs(image.color[seen][:, :3] / image.color[seen][:, 3:] - 0.9).max() < 1e-5
+
+
+class Left(MadeAnew):
+    """As if a finer picture had made gradients."""
+
+    def kept(self, function, *args):
+        return True
+
+
+def test_a_coarse_picture_takes_gradients_that_a_finer_one_has_left(device, monkeypatch):
+    monkeypatch.setattr(gradients, "SECONDS_PER_VOXEL", 1.0)  # so that making them never pays
+    field, pictures, said = volume("int16"), [], []
+    for memo in (None, Left()):
+        told = []
+        params = {"mode": "composite", "quality": "interactive/8", "memo": memo, "explain": told.append}
+        pictures.append(render(device, field, "automatic", **params).color)
+        said.append(" ".join(told))
+    assert "taken on the fly" in said[0]
+    # In double precision they would spoil it.
+    assert ("precomputed: a finer picture has left them" in said[1]) == (device.name != "cl64")
+    assert np.abs(pictures[1] - pictures[0]).max() < 2e-5
+    told = []
+    render(device, field, "automatic", mode="composite", memo=Left(), explain=told.append)
+    assert "left them" not in " ".join(told), "a final picture does not depend on what was drawn before"
