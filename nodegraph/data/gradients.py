@@ -24,8 +24,8 @@ def index_gradient(volume: Volume, whole: Volume | None = None) -> Volume:
     """Central differences of a scalar volume at its voxels, per index unit, and beside them its value: (z, y, x, 4).
 
     They are what a ray would find there itself: interpolated between voxels they are the differences of the
-    interpolated field. Whole numbers stay whole. There is a voxel more on each side, where the field repeats its edge:
-    towards it differences fall, in the outer half voxel.
+    interpolated field. Whole numbers stay whole, all multiplied by the same one. There is a voxel more on each side,
+    where the field repeats its edge: towards it differences fall, in the outer half voxel.
 
     The fourth component is half of what the value is more than `middle` says, so that a sample that is lit takes one
     read. ``whole``: the volume of which this one is a part, and by which all parts are stored alike.
@@ -45,13 +45,24 @@ def index_gradient(volume: Volume, whole: Volume | None = None) -> Volume:
         less = wide(_stored_middle(whole))
         for values, beside in zip(data, result[..., 3], strict=True):
             np.subtract(values, less, out=beside, dtype=wide, casting="unsafe")
+    spread = _spread(whole)
+    if spread > 1:
+        result *= result.dtype.type(spread)
     placed = volume.index_to_world @ affine(origin=(-1.0, -1.0, -1.0))
-    return Volume(result, placed, Mapping(0.5 * volume.mapping.scale))
+    return Volume(result, placed, Mapping(0.5 * volume.mapping.scale / spread))
 
 
 def middle(volume: Volume) -> float:
     """The value beside which `index_gradient` stores a half of what values are more."""
     return _stored_middle(volume) * volume.mapping.scale + volume.mapping.offset
+
+
+def _spread(volume: Volume) -> int:
+    """By what whole differences are multiplied to fill 16 bits, of which OpenGL loses as much however few are used."""
+    if gradient_type(volume).kind != "i":
+        return 1
+    low, high = volume.range
+    return max(1, int(np.iinfo(np.int16).max // max(1.0, round((high - low) / abs(volume.mapping.scale)))))
 
 
 def _stored_middle(volume: Volume) -> float:

@@ -80,6 +80,24 @@ def test_where_nothing_changes_light_has_no_direction(device, dtype, gradients):
     assert np.abs(image.color[seen][:, :3] / image.color[seen][:, 3:] - 0.9).max() < 1e-5
 
 
+@pytest.mark.parametrize("greatest", [3, 10, 1000])
+def test_values_beside_gradients_are_those_of_the_volume_however_few_there_are(device, greatest, rng):
+    """A spike of the transfer function shows what a value is off by."""
+    field = Volume(rng.integers(0, greatest + 1, (12, 12, 12)).astype(np.uint16), centred((12, 12, 12)))
+    keys = [(0.0, (1, 0, 0), 0.0), (0.5, (0, 1, 0), 0.02), (0.52, (1, 1, 1), 0.5), (0.54, (0, 0, 1), 0.0)]
+    keys += [(1.0, (0, 0, 1), 0.1)]
+    spike = TransferFunction([(at * greatest, color, hides) for at, color, hides in keys])
+    a, b = (
+        call(
+            "render.raycast", device, SIZE, volume=field, camera=CAMERA, transfer_function=spike, termination=1.0,
+            gradients=kind, ambient=1.0, diffuse=0.0, specular=0.0, table_size=8192, step=0.3,
+        ).color
+        for kind in ("precomputed", "on_the_fly")
+    )  # fmt: skip
+    assert a[..., 3].max() > 0.1
+    assert np.abs(a - b).max() < 1e-4
+
+
 class Left(MadeAnew):
     """As if a finer picture had made gradients."""
 
