@@ -167,10 +167,10 @@ class Casting:
         if self.gradient is not None:
             self.bindings |= {"gradient": self.gradient}
             return
-        made, why = beforehand(asked, self.volume, shown, self.device, self.streamed)
-        free = asked == "automatic" and not self.streamed and np.dtype(self.device.real).itemsize <= 4
-        if coarse and free and not made and memo.kept(index_gradient, self.volume):
-            made, why = True, "a finer picture has left them"
+        made, why = beforehand(
+            asked, self.volume, shown, self.device, self.streamed,
+            left=lambda: coarse and memo.kept(index_gradient, self.volume),
+        )  # fmt: skip
         explain(f"gradients are {'precomputed' if made else 'taken on the fly'}: {why}")
         if made:
             # They have a voxel more on each side than what is wired, and values beside them.

@@ -163,7 +163,7 @@ def brick_reaches(visible: Array, quickly: bool = False) -> NDArray[np.float16]:
     for _ in range(3):
         # The last axis comes to the front, where shifting is fast; after three turns all are where they were.
         turned = [np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in found]
-        found = [_nearest(each, ahead) for ahead in (False, True) for each in turned]
+        found = [_nearest(each, **way) for way in ({"behind": True}, {"ahead": True}) for each in turned]
     return np.take(reaches, np.concatenate(found))
 
 
@@ -217,12 +217,12 @@ def _chebyshev(found: Flags) -> NDArray[np.uint8]:
     for _ in range(distance.ndim):
         # The next axis comes to the front, where shifting is fast; after three turns all are where they were.
         before = np.ascontiguousarray(np.moveaxis(distance, -1, 0))
-        distance = np.minimum(_nearest(before, ahead=True), _nearest(before, ahead=False))
+        distance = _nearest(before, ahead=True, behind=True)
     return distance
 
 
-def _nearest(before: NDArray[np.uint8], ahead: bool) -> NDArray[np.uint8]:
-    """The least of max(k, what stands k cells ahead along the first axis, or behind), k = 0, 1, ..."""
+def _nearest(before: NDArray[np.uint8], ahead: bool = False, behind: bool = False) -> NDArray[np.uint8]:
+    """The least of max(k, what stands k cells ahead along the first axis, behind, or either), k = 0, 1, ..."""
     distance, longer, steps = before.copy(), before.copy(), np.empty_like(before)
     for k in range(1, min(len(before), FARTHEST)):
         if k >= distance.max():
@@ -231,7 +231,7 @@ def _nearest(before: NDArray[np.uint8], ahead: bool) -> NDArray[np.uint8]:
         np.maximum(longer, steps, out=longer)
         if ahead:
             np.minimum(distance[:-k], longer[k:], out=distance[:-k])
-        else:
+        if behind:
             np.minimum(distance[k:], longer[:-k], out=distance[k:])
     return distance
 

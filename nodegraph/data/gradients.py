@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -126,10 +127,13 @@ def saves_time(volume: Volume, samples: float, device: Any) -> tuple[bool, str]:
     return cost < FRAMES * saved, f"{figures}, {FRAMES} frames expected"
 
 
-def beforehand(choice: str, volume: Volume, samples: float, device: Any, streamed: bool) -> tuple[bool, str]:
+def beforehand(
+    choice: str, volume: Volume, samples: float, device: Any, streamed: bool, left: Callable[[], bool]
+) -> tuple[bool, str]:
     """Whether gradients are made once for all voxels, for ``samples`` of them a frame, and why.
 
-    ``choice`` is "automatic", "on_the_fly" or "precomputed"; ``streamed`` volumes are rendered block by block.
+    ``choice`` is "automatic", "on_the_fly" or "precomputed"; ``streamed`` volumes are rendered block by block; ``left``
+    says whether they are there already, and may be taken though making them would not pay.
     """
     if choice != "automatic":
         return choice == "precomputed", "as is asked for"
@@ -137,4 +141,5 @@ def beforehand(choice: str, volume: Volume, samples: float, device: Any, streame
         return False, "kept in single precision they would spoil double"
     if streamed:
         return False, "they would be made for each block in each frame"
-    return saves_time(volume, samples, device)
+    pays, why = saves_time(volume, samples, device)
+    return (True, "a finer picture has left them") if not pays and left() else (pays, why)

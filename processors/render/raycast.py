@@ -127,7 +127,7 @@ class Raycast(Processor):
     gradients = Choice(
         "automatic", "on_the_fly", "precomputed", visible_if={"lit": True, "mode": SURFACES},
         doc="Whether differences of voxels are taken at each sample, or once for all of them. It changes nothing but "
-        "time and memory; beside voxels that are not finite, light may differ.",
+        "time, memory and rounding; beside voxels that are not finite, light may differ.",
     )  # fmt: skip
     depth_opacity = Float(
         0.5, min=0.0, max=0.999, visible_if={"mode": "composite"}, doc="Depth is where this much is hidden."

@@ -187,6 +187,21 @@ def _breaks(stmt: s.Stmt | None) -> bool:
     return False
 
 
+def left_early(stmt: s.Stmt | None, nested: bool = False) -> bool:
+    """Is a turn of the loop that has this body ended early somewhere, by a jump of its own or by a return?"""
+    if isinstance(stmt, s.Return):
+        return True
+    if isinstance(stmt, s.Jump):
+        return not nested
+    if isinstance(stmt, s.Block):
+        return any(left_early(part, nested) for part in stmt.body)
+    if isinstance(stmt, s.If):
+        return left_early(stmt.yes, nested) or left_early(stmt.no, nested)
+    if isinstance(stmt, s.For | s.While | s.DoWhile):
+        return left_early(stmt.body, True)
+    return False
+
+
 def is_plain(type: Type) -> bool:
     """May a uniform, or a member of a struct, have this type?"""
     if isinstance(type, Array):

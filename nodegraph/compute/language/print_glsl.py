@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from . import prelude_glsl as prelude
 from . import syntax as s
+from .check_statements import left_early
 from .fields_glsl import accessor_text, declarations
 from .module import FieldSlot, Layout, Module
 from .names import mangle
@@ -320,21 +321,6 @@ class _GlslPrinter(Printer):
 
     def accessor(self, name: str, ref: FieldRef) -> str:
         return accessor_text(self, name, ref)
-
-
-def left_early(stmt: s.Stmt | None, nested: bool = False) -> bool:
-    """Is a turn of the loop that has this body ended early somewhere, by a jump of its own or by a return?"""
-    if isinstance(stmt, s.Return):
-        return True
-    if isinstance(stmt, s.Jump):
-        return not nested
-    if isinstance(stmt, s.Block):
-        return any(left_early(part, nested) for part in stmt.body)
-    if isinstance(stmt, s.If):
-        return left_early(stmt.yes, nested) or left_early(stmt.no, nested)
-    if isinstance(stmt, s.For | s.While | s.DoWhile):
-        return left_early(stmt.body, True)
-    return False
 
 
 def literal(expr: s.Literal) -> str:
