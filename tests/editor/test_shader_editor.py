@@ -188,3 +188,18 @@ def test_typing_code(qtbot: QtBot) -> None:
     assert code.toPlainText().endswith("*/    ")
     code.mark({2: "no", 99: "nowhere"})
     assert code.errors == {2: "no"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("half", ["", GAIN[:60], GAIN[:-20]], ids=["empty", "in a declaration", "in a function"])
+def test_a_file_that_is_read_while_it_is_written_is_marked_no_longer_than_that(
+    shown: Window, kernel: Path, qtbot: QtBot, half: str
+) -> None:
+    panel = shown.shader
+    kernel.write_text(half)
+    panel.reloader.look()
+    qtbot.waitUntil(lambda: bool(panel.reloader.refused), timeout=20000)
+    kernel.write_text(GAIN.replace("0.25", "0.5"))
+    panel.reloader.look()
+    qtbot.waitUntil(lambda: level(shown.session) == 0.5, timeout=20000)
+    qtbot.waitUntil(lambda: not panel.code.errors, timeout=5000)

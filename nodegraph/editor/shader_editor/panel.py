@@ -18,6 +18,7 @@ from nodegraph.editor.shader_editor.copying import copy_and_use
 from nodegraph.errors import GraphError
 from nodegraph.kernel_sources import kernel_source
 from nodegraph.network import Node
+from nodegraph.reloading import Outcome
 
 _PLACE = re.compile(r"([\w./-]+\.glsl):(\d+): (.*)")
 
@@ -208,7 +209,10 @@ class ShaderPanel(QWidget):
 
     # -- errors -----------------------------------------------------------------------------------------------------
 
-    def _looked(self, _outcomes: object) -> None:
+    def _looked(self, outcomes: list[Outcome]) -> None:
+        # What is refused stands in the reloader; what was taken over tells anew what fails where it runs.
+        if any(one.file == self.path or not one.reason for one in outcomes):
+            self._told = {}
         if self.path is not None and self.path.is_file() and not self.modified:
             text = self.path.read_text("utf-8", errors="replace")
             if text != self.code.toPlainText():  # another program changed it
