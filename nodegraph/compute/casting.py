@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nodegraph.compute import blockwise
 from nodegraph.compute.storage import field_bytes
-from nodegraph.data.bricks import Flags
+from nodegraph.data.bricks import Flags, Leaps
 from nodegraph.data.buffer import Array, Buffer
 from nodegraph.data.camera import Camera
 from nodegraph.data.gradients import beforehand, index_gradient, middle, vanishing
@@ -33,6 +33,12 @@ VALUE_ERROR = (
     "follows the slopes of what is bound. 0 binds them as they are."
 )
 """What the parameter ``value_error`` of a ray-caster says."""
+SKIP_OPACITY = (
+    "Bricks of 4 voxels in which nothing hides more than this over the least distance of voxels are left out, too, as "
+    "noise beside what is looked for. Along n such distances in them a ray may miss 1 - (1 - skip_opacity)^n; of "
+    "scattered noise it misses far less. 0 leaves out only what cannot be seen."
+)
+"""What the parameter ``skip_opacity`` of a ray-caster says."""
 
 
 def table(function: Any, *rows: int) -> Buffer:
@@ -107,7 +113,8 @@ class Casting:
         if gradient is not None and not gradient.is_same_grid(volume):
             raise PortError("gradient: it lies on another grid than the volume; compute it from this volume")
         self.device, self.volume, self.camera, self.size = device, volume, camera, size
-        self.step_length = step * float(volume.spacing.min())
+        self.voxel = float(volume.spacing.min())
+        self.step_length = step * self.voxel
         # Rays start a whole number of steps from the eye, just before the volume: single precision counts from there.
         steps = max(0.0, math.floor(volume.distance_from(camera) / self.step_length) - 1.0)
         self.start = steps * self.step_length
@@ -132,6 +139,26 @@ class Casting:
     def work(self) -> float:
         """How dear a pixel is: a few hundred segments are nothing out of the ordinary."""
         return max(self.samples / 500.0, 0.1)
+
+    def extinction_of(self, opacity: float) -> float:
+        """Per mm: what hides ``opacity`` over the least distance of voxels."""
+        return -math.log1p(-opacity) / self.voxel
+
+    def leave_out(self, found: Flags | Leaps | None, skip_opacity: float, explain: Callable[[str], None]) -> float:
+        """Look only into the bricks that are ``found``: into all where it is None. Returns their share.
+
+        They are flags where blocks are rendered, which leap within themselves, and else say how far a ray may leap.
+        """
+        if found is None:
+            explain("bricks are not asked for: nearly all of them can be seen")
+            return 1.0
+        self.defines["SKIP"] = True
+        if isinstance(found, Leaps):
+            self.bindings["bricks"] = found.reaches
+        share = found.share if isinstance(found, Leaps) else float(found.mean())
+        if skip_opacity > 0.0:
+            explain(f"bricks that hide at most {skip_opacity:.3g} a voxel are left out: {share:.1%} of all are not")
+        return share
 
     def interleave(self, whole: tuple[int, int]) -> None:
         """Cut neighbouring rays into segments at other places, where the picture will be enlarged to ``whole``.

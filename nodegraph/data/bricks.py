@@ -116,14 +116,24 @@ def visible_bricks(
     return found
 
 
-def visible_by_keys(ranges: Array, function: TransferFunction) -> Flags:
-    """True for the bricks (bz, by, bx) in which a value has extinction by the keys themselves, not by a table."""
+def visible_by_keys(ranges: Array, function: TransferFunction, threshold: float = 0.0) -> Flags:
+    """True for the bricks (bz, by, bx) in which a value has an extinction above ``threshold`` per mm by the keys.
+
+    By the keys themselves, that is, and not by a table.
+    """
     if not function.keys:
         return np.zeros(ranges.shape[:-1], np.bool_)
     places = np.array([key.value for key in function.keys])
-    positive = np.array([key.opacity > 0.0 for key in function.keys])
+    extinction = function.extinction(np.array([key.opacity for key in function.keys]))
+    # Where a line between two keys passes the threshold, they get a third.
+    crossed = np.flatnonzero((np.minimum(extinction[:-1], extinction[1:]) < threshold)
+                             & (np.maximum(extinction[:-1], extinction[1:]) > threshold))  # fmt: skip
+    share = (threshold - extinction[crossed]) / (extinction[crossed + 1] - extinction[crossed])
+    crossings = places[crossed] + share * (places[crossed + 1] - places[crossed])
+    places = np.insert(places, crossed + 1, crossings)
+    over = np.insert(extinction > threshold, crossed + 1, False)
     # Interval i lies between keys i - 1 and i; beyond the ends the outermost keys go on.
-    above = np.concatenate([[positive[0]], positive[:-1] | positive[1:], [positive[-1]]])
+    above = np.concatenate([[over[0]], over[:-1] | over[1:], [over[-1]]])
     counts = np.concatenate([[0], np.cumsum(above)])
     first = np.searchsorted(places, ranges[..., 0], side="left")
     end = np.searchsorted(places, ranges[..., 1], side="right") + 1

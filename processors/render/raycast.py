@@ -6,7 +6,7 @@ import numpy as np
 
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.compute import blockwise
-from nodegraph.compute.casting import ENLARGE, VALUE_ERROR, Casting, table, within
+from nodegraph.compute.casting import ENLARGE, SKIP_OPACITY, VALUE_ERROR, Casting, table, within
 from nodegraph.compute.sparse_pixels import SPARSE, cast_sparsely
 from nodegraph.data import Buffer, Image, Volume, bands, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
@@ -124,6 +124,10 @@ class Raycast(Processor):
         doc=VALUE_ERROR,
     )  # fmt: skip
     skip = Bool(True, doc="Leave out what cannot be seen, by bricks of 4 voxels. It changes nothing but the time.")
+    skip_opacity = Float(
+        0.0, min=0.0, max=0.999, soft_max=0.25, quality="lower", reference=0.0,
+        visible_if={"mode": "composite", "skip": True}, doc=SKIP_OPACITY,
+    )  # fmt: skip
     gradients = Choice(
         "automatic", "on_the_fly", "precomputed", visible_if={"lit": True, "mode": SURFACES},
         doc="Whether differences of voxels are taken at each sample, or once for all of them. It changes nothing but "
@@ -157,8 +161,8 @@ class Raycast(Processor):
 
     def process(
         self, volume, gradient, interval, mode, camera, transfer_function, integrator, step, order, tolerance,
-        table_size, pair_table_size, termination, pixel_tolerance, value_error, skip, gradients, depth_opacity,
-        hit_extinction, iso_value, iso_color, lit, light, ambient, diffuse, specular, shininess,
+        table_size, pair_table_size, termination, pixel_tolerance, value_error, skip, skip_opacity, gradients,
+        depth_opacity, hit_extinction, iso_value, iso_color, lit, light, ambient, diffuse, specular, shininess,
         *, size, quality, device, memo, explain,
         progress,
     ):  # fmt: skip
@@ -205,6 +209,7 @@ class Raycast(Processor):
             defines["ISO"] = mode == "iso"
 
         visible = ranges = found = None
+        share = 1.0
         if skip:
             ranges = memo(value_ranges, volume, blockwise.GROUP) if frame.streamed else memo(value_ranges, volume)
             if mode == "maximum":
@@ -213,23 +218,18 @@ class Raycast(Processor):
             else:
                 what = integrator if mode == "composite" else mode
                 rows = pair_table_size if what == "preintegrated" else table_size
-                least = {"first_hit": hit_extinction, "iso": iso_value}.get(what, 0.0)
+                faint = skip_opacity if mode == "composite" else 0.0
+                least = {"first_hit": hit_extinction, "iso": iso_value}.get(what, frame.extinction_of(faint))
                 if frame.streamed:
                     visible = found = memo(visible_groups, ranges, transfer_function, what, rows, least, level)
                     ranges = None
                 else:
                     found = memo(leaps, ranges, transfer_function, what, rows, least, level)
-                if found is None:
-                    explain("bricks are not asked for: nearly all of them can be seen")
-                else:
-                    defines["SKIP"] = True
-                    if not frame.streamed:
-                        bindings["bricks"] = found.reaches
+                share = frame.leave_out(found, faint, explain)
 
         if lit:
             shown = size[0] * size[1]
             if mode == "composite":
-                share = 1.0 if found is None or frame.streamed else found.share
                 shown = visible_samples(volume, camera, size, frame.step_length, share)
             frame.choose_gradients(gradients, shown, memo, explain, coarse=size != whole)
             if kernel == KERNELS["composite"]:
@@ -304,10 +304,10 @@ def visible_groups(ranges, function, what, rows, least, level):
     if what == "iso":
         visible = bricks.visible_above(values, least, level)
     elif what in ("cellwise", "adaptive"):
-        visible = bricks.visible_by_keys(values, function)
+        visible = bricks.visible_by_keys(values, function, least)
     elif what == "preintegrated":
-        visible = bricks.visible_bricks(values, *preintegration.pair_extinction(function, rows))
+        visible = bricks.visible_bricks(values, *preintegration.pair_extinction(function, rows), least)
     else:
-        threshold = np.nextafter(np.float32(least), np.float32(-1.0)) if what == "first_hit" else 0.0
+        threshold = np.nextafter(np.float32(least), np.float32(-1.0)) if what == "first_hit" else least
         visible = bricks.visible_bricks(values, function.table(rows), function.lookup(rows), threshold)
     return bricks.unless_most(visible)

@@ -2,7 +2,7 @@
 
 from nodegraph import Bool, Camera, Choice, Float, Input, Int, Light, Output, Processor, TransferFunction2D, data
 from nodegraph.compute import blockwise
-from nodegraph.compute.casting import ENLARGE, VALUE_ERROR, Casting, table, within
+from nodegraph.compute.casting import ENLARGE, SKIP_OPACITY, VALUE_ERROR, Casting, table, within
 from nodegraph.data import Image, Volume, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
@@ -71,6 +71,10 @@ class Raycast2D(Processor):
     skip = Bool(
         True, doc="Leave out bricks of 4 voxels whose values are seen at no magnitude. It changes nothing but the time."
     )
+    skip_opacity = Float(
+        0.0, min=0.0, max=0.999, soft_max=0.25, quality="lower", reference=0.0, visible_if={"skip": True},
+        doc=SKIP_OPACITY,
+    )  # fmt: skip
     gradients = Choice(
         "automatic", "on_the_fly", "precomputed",
         doc="Whether differences of voxels are taken at each sample, or once for all of them. It changes nothing but "
@@ -91,7 +95,7 @@ class Raycast2D(Processor):
 
     def process(
         self, volume, gradient, interval, camera, transfer_function, integrator, step, table_size, termination,
-        value_error, skip, gradients, depth_opacity, lit, light, ambient, diffuse, specular, shininess,
+        value_error, skip, skip_opacity, gradients, depth_opacity, lit, light, ambient, diffuse, specular, shininess,
         *, size, quality, device, memo, explain, progress,
     ):  # fmt: skip
         whole = size
@@ -123,17 +127,12 @@ class Raycast2D(Processor):
         visible, share = None, 1.0
         if skip:
             ranges = memo(value_ranges, volume, blockwise.GROUP) if frame.streamed else memo(value_ranges, volume)
+            least = frame.extinction_of(skip_opacity)
             if frame.streamed:
-                found = visible = memo(visible_groups, ranges, transfer_function, table_size)
+                found = visible = memo(visible_groups, ranges, transfer_function, table_size, least)
             else:
-                found = memo(leaps, ranges, transfer_function, table_size)
-            if found is None:
-                explain("bricks are not asked for: nearly all of them can be seen")
-            else:
-                defines["SKIP"] = True
-                share = float(visible.mean()) if frame.streamed else found.share
-                if not frame.streamed:
-                    bindings["bricks"] = found.reaches
+                found = memo(leaps, ranges, transfer_function, table_size, least)
+            share = frame.leave_out(found, skip_opacity, explain)
         shown = visible_samples(volume, camera, size, frame.step_length, share)
         frame.choose_gradients(gradients, shown, memo, explain, coarse=size != whole)
         if lit:
@@ -145,13 +144,16 @@ class Raycast2D(Processor):
         return frame.picture(frame.cast(KERNEL, turns, progress), whole)
 
 
-def leaps(ranges, function, table_size):
+def leaps(ranges, function, table_size, least):
     """How far a ray may leap from each brick; None where it is not worth asking."""
-    visible = visible_groups(ranges, function, table_size)
+    visible = visible_groups(ranges, function, table_size, least)
     return None if visible is None else bricks.Leaps.over(visible)
 
 
-def visible_groups(ranges, function, table_size):
-    """The bricks, or groups of bricks, with values that are seen at some magnitude; None where nearly all have."""
-    greatest = function.greatest(table_size, table_size)
-    return bricks.unless_most(bricks.visible_bricks(ranges.data, greatest, function.lookup(table_size, table_size)[:2]))
+def visible_groups(ranges, function, table_size, least):
+    """The bricks, or groups of bricks, with values that at some magnitude hide more than ``least`` per mm.
+
+    None where nearly all have.
+    """
+    greatest, lookup = function.greatest(table_size, table_size), function.lookup(table_size, table_size)[:2]
+    return bricks.unless_most(bricks.visible_bricks(ranges.data, greatest, lookup, least))

@@ -21,6 +21,11 @@ PIXEL_TOLERANCES = (0.01,)
 LEVELS = (2, 4, 8)
 """Interactive quality: about one n-th of the work, as a smaller picture that is enlarged."""
 
+FAINT = (0.2,)
+"""Opacities of a voxel up to which bricks are left out, with every ray."""
+FAINT_LEVELS = {4: 0.35, 8: 0.35}
+"""The same with interactive levels, whose pictures err by more already."""
+
 Settings = Mapping[str, Any]
 
 
@@ -29,6 +34,11 @@ def ladders() -> Iterator[list[Settings]]:
     for integrator in ("midpoint", "trapezoid", "gauss2", "gauss3"):
         steps = sorted({*STEPS, *FINE_STEPS}, reverse=True) if integrator == "midpoint" else STEPS
         yield [{"integrator": integrator, "step": step, "termination": TERMINATION} for step in steps]
+    for faint in FAINT:
+        yield [
+            {"integrator": "midpoint", "step": step, "skip_opacity": faint, "termination": TERMINATION}
+            for step in FINE_STEPS
+        ]
     for size in PAIRS:
         yield [
             {"integrator": "preintegrated", "step": step, "pair_table_size": size, "termination": TERMINATION}
@@ -52,3 +62,8 @@ def ladders() -> Iterator[list[Settings]]:
         ]
     for n in LEVELS:
         yield [{"integrator": "midpoint", "step": step, "termination": TERMINATION, "level": n} for step in LEVEL_STEPS]
+    for n, faint in FAINT_LEVELS.items():
+        yield [
+            {"integrator": "midpoint", "step": step, "skip_opacity": faint, "termination": TERMINATION, "level": n}
+            for step in LEVEL_STEPS
+        ]

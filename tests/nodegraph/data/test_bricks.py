@@ -242,6 +242,27 @@ def test_nothing_is_left_out_that_the_keys_themselves_show(data):
             assert not any(key.opacity for key in function.keys if part.min() <= key.value <= part.max())
 
 
+@settings(max_examples=100, deadline=None)
+@given(st.data(), st.floats(0.001, 1.0))
+def test_what_the_keys_show_above_a_threshold_is_kept_and_nothing_else(data, share):
+    volume = data.draw(volumes())
+    function = data.draw(transfer_functions(*volume.range))
+    most = max((float(function.extinction(key.opacity)) for key in function.keys), default=0.0)
+    threshold = share * most
+    ranges = brick_ranges(volume)
+    visible = visible_by_keys(ranges, function, threshold)
+    assert not np.any(visible & ~visible_by_keys(ranges, function))
+    for b in np.ndindex(visible.shape):
+        low, high = ranges[b]
+        if low <= high:
+            # A piece of a line is greatest where it ends; at a step a key may be met from either side.
+            inside = [key.value for key in function.keys if low <= key.value <= high]
+            ends = np.array([low, high, *inside, *np.nextafter(inside, -np.inf)])
+            greatest = function.evaluate(ends)[:, 3].max()
+            assert visible[b] or greatest <= threshold * (1 + 1e-9)
+            assert not visible[b] or greatest >= threshold * (1 - 1e-9) or np.isinf(ends).any()
+
+
 @pytest.mark.parametrize("keys", [[], [(0.5, (1, 1, 1), 0.5)], [(0.5, (1, 1, 1), 0.0), (0.5, (1, 1, 1), 1.0)]])
 def test_transfer_functions_without_a_width(keys):
     """No keys: nothing is visible; one key: all that is a number; a lone step: what reaches it, infinity too."""

@@ -152,6 +152,26 @@ def test_skipping_changes_nothing(device):
         assert np.allclose(pictures[0].depth[seen], pictures[1].depth[seen], rtol=0, atol=1e-3)
 
 
+def test_faint_bricks_are_left_out_by_what_they_hide_over_a_voxel(device):
+    """Of 16 faint voxels before 8 that are not: bricks 0 to 2 are left out, which reach from -1/2 to 12."""
+    data = np.full((5, 24, 5), 0.2, np.float32)
+    data[:, 16:] = 1.0
+    volume = Volume(data, centred((5, 24, 5), [2.0] * 3))
+    everywhere = (0.0, 10.0)
+    areas = [
+        Trapezoid.rectangle((0.0, 0.6), everywhere, AMBER, 0.1), Trapezoid.rectangle((0.6, 1.2), everywhere, BLUE, 0.4)
+    ]  # fmt: skip
+    function = TransferFunction2D(areas, reference_length=2.0)
+    whole, same, less = (
+        render(device, volume, function, FLAT.with_(height=4.0), (3, 3), step=0.25, termination=1.0, skip_opacity=x)
+        .color[..., 3]
+        for x in (0.0, 0.09, 0.11)
+    )  # fmt: skip
+    assert np.array_equal(whole, same)
+    missing = (np.log1p(-less) - np.log1p(-whole)) / -np.log(0.9)
+    assert np.abs(missing - 12.5).max() < 0.25
+
+
 @pytest.mark.parametrize(("integrator", "skip"), [("midpoint", True), ("gauss3", False)])
 def test_blocks_show_what_one_piece_shows(device, integrator, skip, monkeypatch):
     params = {"lit": integrator == "midpoint", "integrator": integrator, "skip": skip}

@@ -11,6 +11,7 @@ from nodegraph.compute import blockwise
 from nodegraph.data import Camera, Image, TransferFunction, Volume
 from nodegraph.data.buffer import Buffer
 from nodegraph.data.chunks import ChunkedArray
+from nodegraph.data.space import centred
 from nodegraph.engine import Engine
 from nodegraph.errors import Cancelled, ProcessError
 from nodegraph.network import Network
@@ -149,6 +150,23 @@ def test_every_integrator_can_be_carried(gl, blocks_of, integrator):
 def test_whatever_else_is_set_blocks_change_nothing(gl, blocks_of, params):
     volume, camera = scene(7)
     compare(gl, both(gl, blocks_of, volume, camera, 8, **params), lit=True)
+
+
+def test_blocks_leave_out_what_is_faint_by_groups_of_eight_voxels(gl, blocks_of):
+    """Of 16 faint voxels before 8 that are not only the first group: the plane at 16 belongs to the second, too."""
+    data = np.full((5, 24, 5), 0.2, np.float32)
+    data[:, 16:] = 1.0
+    tf = TransferFunction([(0.0, (1, 1, 1), 0.0), (0.2, (1, 1, 1), 0.1), (1.0, (1, 1, 1), 0.4)])
+    camera = Camera(eye=(0, -50, 0), target=(0, 0, 0), projection="orthographic", height=2.0)
+    volume = Volume(data, centred((5, 24, 5), [1.0] * 3))
+    blocks_of(8)
+    whole, less = (
+        call("render.raycast", gl, (3, 3), volume=volume, camera=camera, transfer_function=tf, lit=False,
+             step=0.25, termination=1.0, skip_opacity=x).color[..., 3]
+        for x in (0.0, 0.11)
+    )  # fmt: skip
+    missing = (np.log1p(-less) - np.log1p(-whole)) / -np.log(0.9)
+    assert np.abs(missing - 8.5).max() < 0.25
 
 
 def test_a_bound_gradient_and_an_interval_are_those_of_the_whole(gl, blocks_of):
