@@ -7,6 +7,7 @@ the most of any of them.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,25 +31,30 @@ GROUP = 4
 ROWS = 2048
 ENOUGH = 254.0 / 255.0
 VOXEL, VALUE = "one voxel, not interpolated", "the value, interpolated"
+SAMPLE = "value, table, opacity, blending: a sample"
 
 Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Counts:
-    """On average: segments in the volume, samples that can be seen, samples and leaps that are made in step."""
+    """On average: segments in the volume, samples that can be seen, samples and leaps that are made in step.
+
+    faint: `skip_opacity` of the ray-caster.
+    """
 
     scene: str
     step: float
+    faint: float
     segments: float
     visible: float
     samples: float
     leaps: float
 
-    def seconds(self, pixels: int, lowest: Sequence[Stage]) -> float:
-        """Of a frame in which nothing is done but reading: a value for each sample, a brick for each leap."""
+    def seconds(self, pixels: int, lowest: Sequence[Stage], each: str = VALUE) -> float:
+        """Of a frame in which nothing is done but ``each`` for a sample, and reading a brick for a leap."""
         costs = {stage.name: stage.nanoseconds for stage in lowest}
-        one = self.samples * costs[VALUE] + self.leaps * costs[VOXEL]
+        one = self.samples * costs[each] + self.leaps * costs[VOXEL]
         return pixels * one * 1e-9 / (os.cpu_count() or 1)
 
 
@@ -84,16 +90,21 @@ class Rays:
         return found
 
 
-def counts(scene: Scene) -> list[Counts]:
-    """What rays of a scene take at each of ``STEPS``."""
+def counts(scene: Scene, faint: Sequence[float] = (0.0,)) -> list[Counts]:
+    """What rays of a scene take at each of ``STEPS``, where bricks are left out that hide up to ``faint`` a voxel."""
     rays, function = Rays(scene), scene.transfer_function
-    visible = visible_bricks(brick_ranges(scene.volume), function.table(ROWS), function.lookup(ROWS))
-    asked = unless_most(visible)
-    reaches = None if asked is None else brick_reaches(asked)
-    return [_followed(rays, function, reaches, step) for step in STEPS]
+    ranges, done = brick_ranges(scene.volume), []
+    for opacity in faint:
+        threshold = -math.log1p(-opacity) / scene.step_length(1.0)
+        asked = unless_most(visible_bricks(ranges, function.table(ROWS), function.lookup(ROWS), threshold))
+        reaches = None if asked is None else brick_reaches(asked)
+        done += [_followed(rays, function, reaches, step, opacity) for step in STEPS]
+    return done
 
 
-def _followed(rays: Rays, function: TransferFunction, reaches: NDArray[Any] | None, step: float) -> Counts:
+def _followed(
+    rays: Rays, function: TransferFunction, reaches: NDArray[Any] | None, step: float, faint: float
+) -> Counts:
     length = rays.scene.step_length(step)
     first = np.floor(rays.enter / length)
     last = np.where(rays.leave > rays.enter, np.ceil(rays.leave / length) - 1.0, -1.0)
@@ -117,7 +128,7 @@ def _followed(rays: Rays, function: TransferFunction, reaches: NDArray[Any] | No
         k[going] += GROUP
         going = going[(k[going] <= last[going]) & (hidden[going] < ENOUGH)]
     segments = float(np.maximum(last - first + 1.0, 0.0).sum())
-    return Counts(rays.scene.name, step, segments / n, seen / n, taken / n, leapt / n)
+    return Counts(rays.scene.name, step, faint, segments / n, seen / n, taken / n, leapt / n)
 
 
 def _leap(

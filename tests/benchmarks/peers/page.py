@@ -11,7 +11,7 @@ from tests.benchmarks.measure import ms
 from tests.benchmarks.peers.compare import Comparison, Match
 from tests.benchmarks.peers.floor import Stage
 from tests.benchmarks.peers.large import Large
-from tests.benchmarks.peers.limit import Counts
+from tests.benchmarks.peers.limit import SAMPLE, VALUE, Counts
 from tests.benchmarks.peers.orbit import WANTED, Orbit
 from tests.benchmarks.peers.plots import GAIN, NAMES
 from tests.benchmarks.peers.sizes import Cost
@@ -200,12 +200,13 @@ def _limit(counted: Sequence[Counts], lowest: Sequence[Stage], compared: Sequenc
         "## The limit",
         "",
         "What a ray takes on average, and how long a frame would take if reading voxels and bricks were all that is "
-        "done, at these costs and on all cores. Samples and leaps are those of the busiest of eight neighbouring rays. "
-        "Beside it what the wanted factors come to at the same step.",
+        "done, at these costs and on all cores; and if values were classified and blended, too. Samples and leaps are "
+        "those of the busiest of eight neighbouring rays. Beside it what the wanted factors come to at the same step.",
         "",
-        "| scene | step | segments in the volume | samples that can be seen | samples in step | leaps in step | "
-        "reading alone | wanted against GPU mapper | against fixed-point mapper |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| scene | step | skip_opacity | segments in the volume | samples that can be seen | samples in step | "
+        "leaps in step | reading alone | with table and blending | wanted against GPU mapper | "
+        "against fixed-point mapper |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for one in counted:
         matches = [
@@ -215,8 +216,9 @@ def _limit(counted: Sequence[Counts], lowest: Sequence[Stage], compared: Sequenc
             if (match.scene.name, match.theirs.settings["step"]) == (one.scene, one.step)
         ]
         pixels = matches[0].scene.size[0] * matches[0].scene.size[1] if matches else 512 * 512
-        cells = [one.scene, f"{one.step:g}", *(f"{n:.1f}" for n in (one.segments, one.visible, one.samples, one.leaps))]
-        cells.append(ms(one.seconds(pixels, lowest)))
+        cells = [one.scene, f"{one.step:g}", f"{one.faint:g}"]
+        cells += [f"{n:.1f}" for n in (one.segments, one.visible, one.samples, one.leaps)]
+        cells += [ms(one.seconds(pixels, lowest, each)) for each in (VALUE, SAMPLE)]
         for kind in KINDS:
             cells.append(next((ms(m.theirs.seconds / m.wanted) for m in matches if m.kind == kind), ""))
         lines.append(f"| {' | '.join(cells)} |")

@@ -15,7 +15,7 @@ from nodegraph.requests import LEVELS, coarser
 from tests.benchmarks.peers import page
 from tests.benchmarks.peers.compare import Match, is_whole
 from tests.benchmarks.peers.floor import Stage
-from tests.benchmarks.peers.limit import GROUP, STEPS, VALUE, VOXEL, counts
+from tests.benchmarks.peers.limit import GROUP, SAMPLE, STEPS, VALUE, VOXEL, counts
 from tests.benchmarks.peers.orbit import Orbit
 from tests.benchmarks.peers.points import Point, advantage, cheapest, errors, front
 from tests.benchmarks.peers.scenes import CHEST, Scene, bordered, chest, fog
@@ -146,7 +146,10 @@ def test_rays_are_followed_as_they_are_cast() -> None:
     data[:, 8:10] = data[:, 50:52] = 100
     camera = Camera((0, -300, 0), (0, 0, 0), (0, 0, 1), "orthographic", height=32.0)
     thin = TransferFunction([(50.0, (1, 1, 1), 0.0), (100.0, (1, 1, 1), 1e-4)])
-    for one in counts(Scene("slabs", Volume(data, centred((64, 64, 64), (1.0,) * 3)), thin, camera, (32, 32))):
+    slabs = Scene("slabs", Volume(data, centred((64, 64, 64), (1.0,) * 3)), thin, camera, (32, 32))
+    for one in counts(slabs, (1e-3,)):
+        assert one.samples == one.visible == 0
+    for one in counts(slabs):
         # Along y: two slabs of 2 voxels, each in one or two bricks of 4.
         assert one.segments == pytest.approx(64 / one.step, abs=1)
         assert one.visible == pytest.approx(4 / one.step, abs=2)
@@ -156,3 +159,5 @@ def test_rays_are_followed_as_they_are_cast() -> None:
         lowest = [Stage(VALUE, 10.0), Stage(VOXEL, 5.0)]
         cores = os.cpu_count() or 1
         assert one.seconds(1000, lowest) == pytest.approx((one.samples * 10 + one.leaps * 5) * 1e-6 / cores)
+        dearer = [*lowest, Stage(SAMPLE, 20.0)]
+        assert one.seconds(1000, dearer, SAMPLE) == pytest.approx((one.samples * 20 + one.leaps * 5) * 1e-6 / cores)
