@@ -23,8 +23,8 @@ LEVELS = (2, 4, 8)
 
 FAINT = (0.2,)
 """Opacities of a voxel up to which bricks are left out, with every ray."""
-FAINT_LEVELS = {4: 0.35, 8: 0.35}
-"""The same with interactive levels, whose pictures err by more already."""
+ROUGH = ((0.35, TERMINATION), (0.5, 0.8))
+"""The same, and where a ray ends, with interactive levels of 4 and 8, whose pictures err by more already."""
 
 Settings = Mapping[str, Any]
 
@@ -62,8 +62,8 @@ def ladders() -> Iterator[list[Settings]]:
         ]
     for n in LEVELS:
         yield [{"integrator": "midpoint", "step": step, "termination": TERMINATION, "level": n} for step in LEVEL_STEPS]
-    for n, faint in FAINT_LEVELS.items():
+    for n, (faint, end) in itertools.product(LEVELS[1:], ROUGH):
         yield [
-            {"integrator": "midpoint", "step": step, "skip_opacity": faint, "termination": TERMINATION, "level": n}
+            {"integrator": "midpoint", "step": step, "skip_opacity": faint, "termination": end, "level": n}
             for step in LEVEL_STEPS
         ]
