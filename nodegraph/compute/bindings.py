@@ -67,17 +67,23 @@ def leaf_values(module: Module, layout: Layout, bindings: Mapping[str, Any], ker
     """
     uniforms = {uniform.name: uniform for uniform in module.uniforms}
     values = []
-    largest = float(np.finfo(real).max)
     for leaf in layout.leaves:
         uniform = uniforms[str(leaf.path[0])]
         value = bindings.get(uniform.name, uniform.default)
-        numbers = _numbers(leaf, _descend(value, leaf, uniform, kernel), kernel)
-        if numbers.dtype == np.float64 and largest < 1e300:
-            beyond = (np.abs(numbers) > largest) & np.isfinite(numbers)
-            if beyond.any():
-                raise ParameterError(f"{_place(kernel, leaf)}: {numbers[beyond][0]:g} is beyond single precision")
-        values.append(numbers)
+        values.append(_numbers(leaf, _descend(value, leaf, uniform, kernel), kernel))
+    # All at once: asked leaf by leaf this took as long as all the rest.
+    if values and _beyond(np.concatenate(values), real).any():
+        for leaf, numbers in zip(layout.leaves, values, strict=True):
+            found = numbers[_beyond(numbers, real)]
+            if found.size:
+                raise ParameterError(f"{_place(kernel, leaf)}: {found[0]:g} is beyond single precision")
     return values
+
+
+def _beyond(numbers: Array, real: Any) -> Array:
+    """Where finite numbers pass what a device computes in. Whole numbers of 32 bits never do."""
+    flags: Array = (np.abs(numbers) > float(np.finfo(real).max)) & np.isfinite(numbers)
+    return flags
 
 
 def _descend(value: Any, leaf: Leaf, uniform: Uniform, kernel: str) -> Any:
