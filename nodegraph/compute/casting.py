@@ -35,8 +35,9 @@ VALUE_ERROR = (
 """What the parameter ``value_error`` of a ray-caster says."""
 SKIP_OPACITY = (
     "Bricks of 4 voxels in which nothing hides more than this over the least distance of voxels are left out, too, as "
-    "noise beside what is looked for. Along n such distances in them a ray may miss 1 - (1 - skip_opacity)^n; of "
-    "scattered noise it misses far less. 0 leaves out only what cannot be seen."
+    "noise beside what is looked for. Where no colour, with its light, is above 1, a ray misses at most "
+    "1 - (1 - skip_opacity)^n along n such distances in them, give or take a step; of scattered noise far less. What "
+    "stands behind may become the place of its depth. 0 leaves out only what cannot be seen."
 )
 """What the parameter ``skip_opacity`` of a ray-caster says."""
 
@@ -141,8 +142,11 @@ class Casting:
         return max(self.samples / 500.0, 0.1)
 
     def extinction_of(self, opacity: float) -> float:
-        """Per mm: what hides ``opacity`` over the least distance of voxels."""
-        return -math.log1p(-opacity) / self.voxel
+        """Per mm: what hides ``opacity`` over the least distance of voxels, and a rounding more.
+
+        So values that hide just this much are not told apart by how rows of a table are rounded.
+        """
+        return -math.log1p(-opacity) / self.voxel * (1.0 + 1e-9)
 
     def leave_out(self, found: Flags | Leaps | None, skip_opacity: float, explain: Callable[[str], None]) -> float:
         """Look only into the bricks that are ``found``: into all where it is None. Returns their share.
@@ -157,7 +161,9 @@ class Casting:
             self.bindings["bricks"] = found.reaches
         share = found.share if isinstance(found, Leaps) else float(found.mean())
         if skip_opacity > 0.0:
-            explain(f"bricks that hide at most {skip_opacity:.3g} a voxel are left out: {share:.1%} of all are not")
+            explain(
+                f"bricks that hide at most {skip_opacity:.3g} over a voxel are left out: {share:.1%} of all are not"
+            )
         return share
 
     def interleave(self, whole: tuple[int, int]) -> None:

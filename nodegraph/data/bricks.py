@@ -126,12 +126,15 @@ def visible_by_keys(ranges: Array, function: TransferFunction, threshold: float 
     places = np.array([key.value for key in function.keys])
     extinction = function.extinction(np.array([key.opacity for key in function.keys]))
     # Where a line between two keys passes the threshold, they get a third.
-    crossed = np.flatnonzero((np.minimum(extinction[:-1], extinction[1:]) < threshold)
-                             & (np.maximum(extinction[:-1], extinction[1:]) > threshold))  # fmt: skip
-    share = (threshold - extinction[crossed]) / (extinction[crossed + 1] - extinction[crossed])
-    crossings = places[crossed] + share * (places[crossed + 1] - places[crossed])
-    places = np.insert(places, crossed + 1, crossings)
-    over = np.insert(extinction > threshold, crossed + 1, False)
+    low, high = np.minimum(extinction[:-1], extinction[1:]), np.maximum(extinction[:-1], extinction[1:])
+    crossed = np.flatnonzero((low < threshold) & (high > threshold))
+    with np.errstate(over="ignore", invalid="ignore"):
+        share = (threshold - extinction[crossed]) / (extinction[crossed + 1] - extinction[crossed])
+        crossings = places[crossed] + share * (places[crossed + 1] - places[crossed])
+    # Beyond the greatest numbers there is no telling, and all of the line counts as above.
+    told = (places[crossed] <= crossings) & (crossings <= places[crossed + 1])
+    places = np.insert(places, crossed[told] + 1, crossings[told])
+    over = np.insert(extinction > threshold, crossed[told] + 1, False)
     # Interval i lies between keys i - 1 and i; beyond the ends the outermost keys go on.
     above = np.concatenate([[over[0]], over[:-1] | over[1:], [over[-1]]])
     counts = np.concatenate([[0], np.cumsum(above)])

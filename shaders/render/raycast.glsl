@@ -190,7 +190,7 @@ struct Group {
     Segment four;
 };
 
-Group group_at(Ray ray, float k, float first, float last, vec2 range, bool lit) {
+Group group_at(Ray ray, float k, float last, vec2 range, bool lit) {
     Group group;
     vec4 starts = vec4(k, k + 1.0, k + 2.0, k + 3.0) * step_length;
     group.lengths = lengths_of(starts, range);
@@ -208,24 +208,12 @@ Group group_at(Ray ray, float k, float first, float last, vec2 range, bool lit) 
 }
 
 #if SKIP
-// Where an integrator looks in a segment that nothing cuts: first and last.
+// Where an integrator looks in a segment: first and last. Where one is cut its points lie anywhere in it, but the middle.
 vec2 looked_at() {
 #if INTEGRATOR == 0
     return vec2(0.5);
-#elif INTEGRATOR == 3
-    return vec2(nodes[0], nodes[ORDER - 1]);
 #else
     return vec2(0.0, 1.0);
-#endif
-}
-
-// The first segment from k on that may be seen; beyond the last if there is none.
-float next_seen(Leaper leaper, float k, float first, float last) {
-#if INTEGRATOR == 0
-    return leap(bricks, leaper, k, last + 1.0);
-#else
-    // The points of those that are cut, the first and the last, lie elsewhere: they are looked at always.
-    return leap(bricks, leaper, k, k > first ? last : k);
 #endif
 }
 #endif
@@ -281,7 +269,7 @@ Result pixel(ivec2 at) {
 #if SKIP
     vec3 origin = ray.origin - bricks_corner();
     Leaper leaper = leaper_of(origin, ray.direction, step_length, looked_at(), layers_of(bricks));
-    float k = next_seen(leaper, first, first, last);
+    float k = leap(bricks, leaper, first, last + 1.0);
 #else
     float k = first;
 #endif
@@ -305,10 +293,10 @@ Result pixel(ivec2 at) {
         bool searching = true;
         while (searching) {
             begin = k;
-            Group group = group_at(ray, k, first, last, range, false);
+            Group group = group_at(ray, k, last, range, false);
             depths = vec4(group.one.depth, group.two.depth, group.three.depth, group.four.depth);
 #if SKIP
-            k = next_seen(leaper, k + 4.0, first, last);
+            k = leap(bricks, leaper, k + 4.0, last + 1.0);
 #else
             k += 4.0;
 #endif
@@ -327,7 +315,7 @@ Result pixel(ivec2 at) {
             i = i < 1.0 && depths.y > 0.0 ? 1.0 : i < 2.0 && depths.z > 0.0 ? 2.0 : i < 3.0 && depths.w > 0.0 ? 3.0 : 4.0;
         }
 #else
-        Group group = group_at(ray, k, first, last, range, true);
+        Group group = group_at(ray, k, last, range, true);
         vec4 depths = vec4(group.one.depth, group.two.depth, group.three.depth, group.four.depth);
         crossed = hidden <= depth_opacity ? depths : crossed;
         crossing = hidden <= depth_opacity ? vec2(k, hidden) : crossing;
@@ -343,7 +331,7 @@ Result pixel(ivec2 at) {
         run = add(run, group.three.color, group.three.depth);
         run = add(run, group.four.color, group.four.depth);
 #if SKIP
-        k = next_seen(leaper, k + 4.0, first, last);
+        k = leap(bricks, leaper, k + 4.0, last + 1.0);
 #else
         k += 4.0;
 #endif

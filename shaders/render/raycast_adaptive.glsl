@@ -47,8 +47,7 @@ Result pixel(ivec2 at) {
     float k = first;
     while (k < end && hidden < ENOUGH) {
 #if SKIP
-        // The first segment may begin within a step before the volume, and the last is looked at always.
-        k = leap(bricks, leaper, k, k > first ? end - 1.0 : k);
+        k = leap(bricks, leaper, k, end);
         float stop = min(k + 8.0, end);
 #else
         float stop = end;

@@ -263,6 +263,11 @@ def test_what_the_keys_show_above_a_threshold_is_kept_and_nothing_else(data, sha
             assert not visible[b] or greatest >= threshold * (1 - 1e-9) or np.isinf(ends).any()
 
 
+def test_keys_at_the_ends_of_all_numbers_hide_nothing_that_is_above_a_threshold():
+    function = TransferFunction([(-1e308, (1, 1, 1), 0.0), (1e308, (1, 1, 1), 0.5)])
+    assert visible_by_keys(np.array([[9e307, 9.9e307]]), function, 0.3).all()
+
+
 @pytest.mark.parametrize("keys", [[], [(0.5, (1, 1, 1), 0.5)], [(0.5, (1, 1, 1), 0.0), (0.5, (1, 1, 1), 1.0)]])
 def test_transfer_functions_without_a_width(keys):
     """No keys: nothing is visible; one key: all that is a number; a lone step: what reaches it, infinity too."""

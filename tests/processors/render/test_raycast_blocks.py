@@ -152,7 +152,8 @@ def test_whatever_else_is_set_blocks_change_nothing(gl, blocks_of, params):
     compare(gl, both(gl, blocks_of, volume, camera, 8, **params), lit=True)
 
 
-def test_blocks_leave_out_what_is_faint_by_groups_of_eight_voxels(gl, blocks_of):
+@pytest.mark.parametrize("integrator", ["midpoint", "preintegrated", "gauss2", "adaptive", "cellwise"])
+def test_blocks_leave_out_what_is_faint_by_groups_of_eight_voxels(gl, blocks_of, integrator):
     """Of 16 faint voxels before 8 that are not only the first group: the plane at 16 belongs to the second, too."""
     data = np.full((5, 24, 5), 0.2, np.float32)
     data[:, 16:] = 1.0
@@ -162,7 +163,7 @@ def test_blocks_leave_out_what_is_faint_by_groups_of_eight_voxels(gl, blocks_of)
     blocks_of(8)
     whole, less = (
         call("render.raycast", gl, (3, 3), volume=volume, camera=camera, transfer_function=tf, lit=False,
-             step=0.25, termination=1.0, skip_opacity=x).color[..., 3]
+             step=0.25, termination=1.0, integrator=integrator, skip_opacity=x).color[..., 3]
         for x in (0.0, 0.11)
     )  # fmt: skip
     missing = (np.log1p(-less) - np.log1p(-whole)) / -np.log(0.9)

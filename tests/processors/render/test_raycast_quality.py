@@ -310,12 +310,23 @@ def test_faint_bricks_are_left_out_by_what_they_hide_over_a_voxel(device, integr
     assert np.array_equal(whole, same)
     missing = np.log1p(-less) - np.log1p(-whole)
     voxels = missing / -math.log(0.9)
-    # A segment is left out as a whole, or not at all, but by what goes from cell to cell. Most look at the first
-    # segment always, as it is cut, and at the few with it.
-    most = 12.5 + (1e-4 if integrator == "cellwise" else 0.125)
-    least = 12.5 - (1e-4 if integrator == "cellwise" else 0.125 if integrator == "midpoint" else 2.5)
-    assert least < voxels.min()
-    assert voxels.max() < most
+    # A segment is left out as a whole, or not at all, but by what goes from cell to cell.
+    assert np.abs(voxels - 12.5).max() < (1e-4 if integrator == "cellwise" else 0.26)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_where_all_is_faint_nothing_is_seen_at_equality_too(device, integrator):
+    """Also not where rays enter and leave, where segments are cut; nor by rows of tables, which are rounded."""
+    data = np.broadcast_to(np.linspace(0.3, 0.6, 9, dtype=np.float32), (9, 9, 9))
+    flat = TransferFunction(
+        [(0.0, (1, 1, 1), 0.0), (0.2, (1, 1, 1), 0.1), (0.7, (1, 1, 1), 0.1), (1.0, (1, 1, 1), 0.5)]
+    )
+    volume = Volume(data, centred((9, 9, 9), [1.0] * 3))
+    for level_, step in (("final", 1.0), ("final", 0.3), ("interactive/4", 1.0)):
+        for camera in (CAMERA, FLAT):
+            image = render(device, volume, camera, flat, (24, 18), integrator=integrator, step=step, skip_opacity=0.1,
+                           quality=level_)  # fmt: skip
+            assert not image.color.any()
 
 
 @pytest.mark.parametrize("lit", [False, True], ids=["dark", "lit"])
