@@ -61,10 +61,12 @@ def _components(printer: _OpenclPrinter, ref: FieldRef) -> int:
 
 
 def _texel(storage: Storage, buffer: str, at: str, n: int) -> str:
-    """Return ``n`` components of one voxel as a real or real vector."""
-    step = f" * {storage.components}" if storage.components > 1 else ""
-    parts = [f"(real){buffer}[({at}){step}{f' + {c}' if c else ''}]" for c in range(n)]
-    return parts[0] if n == 1 else f"(real{n})({', '.join(parts)})"
+    """Return one component of a voxel as a real, or all ``n`` of them as a vector."""
+    if n == 1:
+        step = f" * {storage.components}" if storage.components > 1 else ""
+        return f"(real){buffer}[({at}){step}]"
+    # As one vector and not one by one: PoCL's ray-caster takes half as long.
+    return f"TO_REAL{n}(vload{n}({at}, {buffer}))"
 
 
 def _finished(printer: _OpenclPrinter, ref: FieldRef, slot: FieldSlot, value: str, n: int) -> str:
