@@ -123,7 +123,7 @@ class Raycast(Processor):
         0.0, min=0.0, max=1.0, soft_max=0.01, quality="lower", reference=0.0,
         doc=VALUE_ERROR,
     )  # fmt: skip
-    skip = Bool(True, doc="Leave out what cannot be seen, by bricks of 4 voxels: it changes nothing but the time.")
+    skip = Bool(True, doc="Leave out what cannot be seen, by bricks of 4 voxels. Alone it changes only the time.")
     skip_opacity = Float(
         0.0, min=0.0, max=0.999, soft_max=0.25, quality="lower", reference=0.0,
         visible_if={"mode": "composite", "skip": True}, doc=SKIP_OPACITY,

@@ -69,7 +69,8 @@ class Raycast2D(Processor):
         doc=VALUE_ERROR,
     )  # fmt: skip
     skip = Bool(
-        True, doc="Leave out bricks of 4 voxels whose values are seen at no magnitude. It changes nothing but the time."
+        True,
+        doc="Leave out bricks of 4 voxels whose values are seen at no magnitude. Alone it changes only the time.",
     )
     skip_opacity = Float(
         0.0, min=0.0, max=0.999, soft_max=0.25, quality="lower", reference=0.0, visible_if={"skip": True},

@@ -7,7 +7,7 @@
 // Source: Schlosser 2009, C06 (visibility by value range).
 
 #ifndef SKIP
-#define SKIP 0          // 1: what cannot be seen is left out
+#define SKIP 0          // 1: bricks in which nothing is looked for are left out
 #endif
 
 #if SKIP

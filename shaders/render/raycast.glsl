@@ -208,7 +208,8 @@ Group group_at(Ray ray, float k, float last, vec2 range, bool lit) {
 }
 
 #if SKIP
-// Where an integrator looks in a segment: first and last. Where one is cut its points lie anywhere in it, but the middle.
+// Where an integrator looks in a segment: first and last. All points but the middle move where a segment is cut, and
+// stay in it.
 vec2 looked_at() {
 #if INTEGRATOR == 0
     return vec2(0.5);
