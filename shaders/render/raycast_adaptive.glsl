@@ -1,17 +1,9 @@
-// Emission and absorption along the rays through a scalar volume, with as many samples as each segment needs: it is
-// halved until two halves agree with the whole within the tolerance (Orhun 2004, OR-61). What lies between two values is
-// summed by the keys, so that a part on which the value goes evenly needs no halving whatever the transfer function.
+// Emission and absorption along the rays through a scalar volume, with as many samples as each segment needs. What lies
+// between two values is summed by the keys, so that a part on which the value goes evenly needs no halving whatever the
+// transfer function.
 #include "common/illumination.glsl"
 #include "common/classify.glsl"
 #include "common/bands.glsl"
-#include "common/bricks.glsl"
-#include "common/emission.glsl"
-
-
-uniform float tolerance;            // of the colour and opacity of the whole ray
-
-const float FINEST = 256.0;         // parts of a segment
-const float FINEST_AT_JUMP = 4096.0;
 
 Place place_at(Ray ray, float t) {
     float value = sample3(volume, point_at(ray, t));
@@ -22,99 +14,4 @@ Place place_at(Ray ray, float t) {
     return place;
 }
 
-Result pixel(ivec2 at) {
-    Ray ray = cast_ray(camera, picture_pixel(at));
-    Result result = carried_result(at);
-    if (result.color.w >= ENOUGH) {
-        return result;
-    }
-    vec2 range = visible_range(ray, at);
-    if (!(range.y > range.x)) {
-        return result;
-    }
-    vec2 segments = segments_of(ray, range);
-    float first = segments.x;
-    float end = segments.y;
-#if SKIP
-    vec3 origin = ray.origin - bricks_corner();
-    Leaper leaper = leaper_of(origin, ray.direction, step_length, vec2(0.0, 1.0), layers_of(bricks));
-#endif
-    float per_mm = tolerance / (range.y - range.x);
-
-    vec3 color = result.color.rgb;
-    float hidden = result.color.w;
-    float found = -FAR;
-    float k = first;
-    while (k < end && hidden < ENOUGH) {
-#if SKIP
-        k = leap(bricks, leaper, k, end);
-        float stop = min(k + 8.0, end);
-#else
-        float stop = end;
-#endif
-        // Part `index` of `parts` equal ones of segment k.
-        float index = 0.0;
-        float parts = 1.0;
-        float a = max(k * step_length, range.x);
-        Place front = place_at(ray, a);
-        while (k < stop && hidden < ENOUGH) {
-            float from = max(k * step_length, range.x);
-            float length = min((k + 1.0) * step_length, range.y) - from;
-            float part = length / parts;
-            a = from + index * part;
-            Place middle = place_at(ray, a + 0.5 * part);
-            Place back = place_at(ray, index + 1.0 < parts ? a + part : min((k + 1.0) * step_length, range.y));
-            vec4 whole = between(front, back);
-            vec4 near = between(front, middle);
-            vec4 far = between(middle, back);
-            float d0 = near.w * 0.5 * part;
-            float d1 = far.w * 0.5 * part;
-            float rest = 1.0 - hidden;
-            float share = -expm1(-d0);
-            float second = (1.0 - share) * -expm1(-d1);
-            float coarse = -expm1(-whole.w * part);
-            vec3 error = share * near.rgb + second * far.rgb - coarse * whole.rgb;
-            float worst = max(max(abs(error.x), abs(error.y)), max(abs(error.z), abs(share + second - coarse)));
-            // A ray that grazes a jump may pass it between the points that are looked at: such places are few.
-            float missed = missed_between(front, middle, back) * part;
-            if ((parts < FINEST && rest * worst > per_mm * part) ||
-                (parts < FINEST_AT_JUMP && rest * missed > 0.25 * tolerance)) {
-                parts *= 2.0;
-                index *= 2.0;
-            } else {
-                if (share > 0.0) {
-                    color += rest * share * shade(near.rgb, ray, a + 0.25 * part);
-                }
-                if (second > 0.0) {
-                    color += rest * second * shade(far.rgb, ray, a + 0.75 * part);
-                }
-                float after = hidden + rest * (share + second);
-                if (found < -FAR * 0.5 && after >= depth_opacity && after > 0.0 && isinf(result.depth)) {
-                    float wanted = log((1.0 - hidden) / (1.0 - depth_opacity));
-                    found = wanted < d0
-                        ? a + 0.5 * part * clamp(wanted / d0, 0.0, 1.0)
-                        : a + 0.5 * part * (1.0 + clamp((wanted - d0) / d1, 0.0, 1.0));
-                }
-                hidden = after;
-                front = back;
-                index += 1.0;
-                while (parts > 1.0 && mod(index, 2.0) == 0.0) {
-                    index *= 0.5;
-                    parts *= 0.5;
-                }
-                if (index >= parts) {
-                    index = 0.0;
-                    k += 1.0;
-                }
-            }
-        }
-    }
-    result.color = vec4(color, hidden);
-    if (k < end && hidden < ENOUGH) {
-        result.color = vec4(uintBitsToFloat(0x7fc00000u));  // the driver ended the loop
-    }
-    if (found > -FAR) {
-        result.depth = (ray.start + found) * ray.cosine;
-    }
-    return result;
-}
+#include "common/halving.glsl"

@@ -4,101 +4,12 @@
 #include "common/illumination.glsl"
 #include "common/classify.glsl"
 #include "common/bricks.glsl"
-#include "common/emission.glsl"
+#include "common/cubic.glsl"
 #include "common/gauss.glsl"
+#include "common/pieces.glsl"
 
 field1 keys;                        // linear RGB and extinction per mm of each key
 field1 places;                      // value of each key, ascending; two at one value make a step
-
-const float NEVER = 3.0e38;
-const float AGREED = 2.0e-7;     // of the colour of the ray
-const float MOST_PARTS = 256.0;
-
-// The value along the ray inside one cell: a cubic in s, -1/2 at the entry and 1/2 at the exit.
-struct Cubic {
-    vec4 c;
-};
-
-float value_of(Cubic f, float s) {
-    return f.c.x + s * (f.c.y + s * (f.c.z + s * f.c.w));
-}
-
-// The cubic through the values at s = -3/8, -1/8, 1/8, 3/8.
-Cubic cubic_through(vec4 v) {
-    float even_far = 0.5 * (v.w + v.x);
-    float even_near = 0.5 * (v.z + v.y);
-    float odd_far = 0.5 * (v.w - v.x);
-    float odd_near = 0.5 * (v.z - v.y);
-    float c2 = (even_far - even_near) * 8.0;
-    float c3 = (odd_far - 3.0 * odd_near) * (64.0 / 3.0);
-    return Cubic(vec4(even_near - c2 / 64.0, 8.0 * odd_near - c3 / 64.0, c2, c3));
-}
-
-// Where the cubic turns inside the cell, in order; 1/2 for each place that is not there.
-vec2 turns_of(Cubic f) {
-    float a = 3.0 * f.c.w;
-    float b = 2.0 * f.c.z;
-    float c = f.c.y;
-    float discriminant = b * b - 4.0 * a * c;
-    vec2 found = vec2(0.5);
-    if (discriminant > 0.0) {
-        // Without cancellation: one root from the sum of equal signs, the other from the product of both.
-        float q = -0.5 * (b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
-        float one = a != 0.0 ? q / a : 0.5;
-        float other = q != 0.0 ? c / q : 0.5;
-        one = one > -0.5 && one < 0.5 ? one : 0.5;
-        other = other > -0.5 && other < 0.5 ? other : 0.5;
-        found = vec2(min(one, other), max(one, other));
-    }
-    return found;
-}
-
-// Where the cubic, which only rises or only falls from low to high, takes a value that it takes there.
-float root_of(Cubic f, float value, float low, float high) {
-    float a = low;
-    float b = high;
-    bool rising = value_of(f, high) > value_of(f, low);
-    float s = 0.5 * (a + b);
-    float error = 1.0;
-    for (int i = 0; i < 40 && error != 0.0 && b > a; ++i) {
-        error = value_of(f, s) - value;
-        if (error > 0.0 == rising) {
-            b = s;
-        } else {
-            a = s;
-        }
-        // Newton's step where it stays between, else the middle.
-        float slope = f.c.y + s * (2.0 * f.c.z + s * 3.0 * f.c.w);
-        float next = s - error / slope;
-        next = next >= a && next <= b ? next : 0.5 * (a + b);
-        if (next == s) {
-            a = b;
-        }
-        s = next;
-    }
-    return s;
-}
-
-// The first place behind s where the cubic passes 0, or `stop`.
-float next_zero(Cubic f, float s, float stop) {
-    vec2 turns = turns_of(f);
-    float low = s + 1.0e-6;
-    float found = stop;
-    for (int part = 0; part < 3; ++part) {
-        float high = min(part == 0 ? turns.x : part == 1 ? turns.y : stop, stop);
-        if (found == stop && low < high && value_of(f, low) * value_of(f, high) < 0.0) {
-            found = root_of(f, 0.0, low, high);
-        }
-        low = max(low, high);
-    }
-    return found;
-}
-
-struct Sum {
-    vec3 color;
-    float hidden;
-    float depth;    // mm from the ray's origin where depth_opacity is passed; NEVER before that
-};
 
 // Colour and extinction between two keys, where both are linear in the value.
 struct Band {
@@ -121,11 +32,6 @@ vec4 matter_in(Band band, float value) {
     return mix(band.near, band.far, band.width > 0.0 ? clamp((value - band.from) / band.width, 0.0, 1.0) : 0.0);
 }
 
-struct Piece {
-    vec3 color;     // of what is seen of it, illuminated
-    float depth;    // optical depth
-};
-
 // The cubic from s0 to s1 of the cell [start, start + length] mm, by Gauss and Legendre as a collocation method.
 Piece integrate(Ray ray, Cubic f, Band band, float s0, float s1, float start, float length) {
     float piece = (s1 - s0) * length;
@@ -142,11 +48,6 @@ Piece integrate(Ray ray, Cubic f, Band band, float s0, float s1, float start, fl
         color += seen.shares[i] * shade(matter[i].rgb, ray, t);
     }
     return Piece(color, seen.depth);
-}
-
-Sum add(Sum sum, Piece piece) {
-    float share = (1.0 - sum.hidden) * -expm1(-piece.depth);
-    return Sum(sum.color + share * piece.color, sum.hidden + share, sum.depth);
 }
 
 // What one smooth piece adds.
@@ -172,12 +73,9 @@ Sum add_piece(Sum sum, Ray ray, Cubic f, Band band, float s0, float s1, float st
 #endif
         if (fine) {
             if (result.depth == NEVER && next.hidden >= depth_opacity && whole.depth > 0.0) {
-                // As if the extinction went evenly from one end of the part to the other.
                 float e0 = matter_in(band, value_of(f, a)).w;
                 float e1 = matter_in(band, value_of(f, b)).w;
-                float target = log((1.0 - result.hidden) / (1.0 - depth_opacity)) / whole.depth * 0.5 * (e0 + e1);
-                float root = e0 + sqrt(max(e0 * e0 + 2.0 * (e1 - e0) * target, 0.0));
-                float reach = root > 0.0 ? clamp(2.0 * target / root, 0.0, 1.0) : 0.0;
+                float reach = reached(result, whole.depth, e0, e1);
                 next.depth = start + (mix(a, b, reach) + 0.5) * length;
             }
             result = next;
@@ -272,69 +170,4 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
     return result;
 }
 
-Result pixel(ivec2 at) {
-    Ray ray = cast_ray(camera, picture_pixel(at));
-    Result result = carried_result(at);
-    if (result.color.w >= ENOUGH) {
-        return result;
-    }
-    vec2 range = visible_range(ray, at);
-    if (!(range.y > range.x) || size1(places) < 1) {
-        return result;
-    }
-    vec3 per_unit = inverse_of(ray.direction);
-    vec3 forward = mix(vec3(0.0), vec3(1.0), greaterThan(per_unit, vec3(0.0)));
-    vec3 sense = 2.0 * forward - 1.0;
-    vec3 last = whole_size() - 1.0;
-    vec3 least = vec3(-1.0);
-    vec3 most_cell = last;
-#if CARRIED
-    vec2 own = through_block(ray.origin, ray.direction);
-    range = vec2(max(range.x, own.x), min(range.y, own.y));
-    if (!(range.y > range.x)) {
-        return result;
-    }
-    least = max(block_low, least);
-    most_cell = min(block_high - 1.0, last);
-#endif
-    Sum sum = Sum(result.color.rgb, result.color.w, isinf(result.depth) ? NEVER : -NEVER);
-    float t = range.x;
-    vec3 cell = clamp(floor(ray.origin + ray.direction * t), least, most_cell);
-    // Planes of the axes that the ray crosses next; outside the outermost voxels there are none.
-    float steps = 0.0;
-    float most = last.x + last.y + last.z + 8.0;
-    while (t < range.y && sum.hidden < ENOUGH && steps < most) {
-        vec3 exits = (cell + forward - ray.origin) * per_unit;
-        float leave = min(exits.x, min(exits.y, exits.z));
-        float stop = min(leave, range.y);
-#if SKIP
-        // That of any octant says it.
-        vec3 b = floor((cell - bricks_corner()) / BRICK);
-        b.z = clamp(b.z, 0.0, layers_of(bricks) - 1.0);
-        bool seen = fetch3(bricks, ivec3(b)) < 0.0;
-#else
-        bool seen = true;
-#endif
-        if (stop > t && seen) {
-            sum = add_cell(sum, ray, t, stop - t);
-        }
-        t = max(t, stop);
-        // Exactly one axis a step, so that a ray through an edge crosses a cell of no length.
-        if (exits.x <= leave) {
-            cell.x += sense.x;
-        } else if (exits.y <= leave) {
-            cell.y += sense.y;
-        } else {
-            cell.z += sense.z;
-        }
-        steps += 1.0;
-    }
-    result.color = vec4(sum.color, sum.hidden);
-    if (t < range.y && sum.hidden < ENOUGH && steps < most) {
-        result.color = vec4(uintBitsToFloat(0x7fc00000u));  // the driver ended the loop
-    }
-    if (abs(sum.depth) < NEVER) {
-        result.depth = (ray.start + sum.depth) * ray.cosine;
-    }
-    return result;
-}
+#include "common/cells.glsl"
