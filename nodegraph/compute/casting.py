@@ -22,9 +22,10 @@ from nodegraph.data.camera import Camera
 from nodegraph.data.gradients import beforehand, index_gradient, middle, vanishing
 from nodegraph.data.image import Image
 from nodegraph.data.light import Light
+from nodegraph.data.preintegration import gauss_rule
 from nodegraph.data.quantisation import bound, narrowest, stored
 from nodegraph.data.volume import Volume
-from nodegraph.errors import PortError
+from nodegraph.errors import DeviceError, PortError
 
 ENLARGE = "render/enlarge"
 VALUE_ERROR = (
@@ -45,6 +46,12 @@ SKIP_OPACITY = (
 def table(function: Any, *rows: int) -> Buffer:
     """``function.table(*rows)`` as a buffer: by `memo` it stays on the device from one picture to the next."""
     return Buffer(function.table(*rows))
+
+
+def gauss_points(order: int) -> dict[str, Any]:
+    """What shaders/common/gauss.glsl reads, for ``order`` points in a piece."""
+    nodes, weights, before = gauss_rule(order)
+    return {"nodes": nodes, "weights": weights, "before": before.ravel()}
 
 
 class Narrowed(NamedTuple):
@@ -272,6 +279,17 @@ class Casting:
             return self.device.run(kernel, self.size, defines=self.defines, **given)
         grid, defines = pixels.shape[1::-1], self.defines | {"SPARSE": True}
         return self.device.run(kernel, grid, defines=defines, pixels=pixels, **given)
+
+    def refuse_unfinished(self, result: Any, integrator: str) -> None:
+        """Raise DeviceError where a kernel whose turns of loops are not known beforehand says that a loop was ended.
+
+        It returns NaN for such a ray.
+        """
+        if "turns" in self.device.limits and np.isnan(result.color.array).any():
+            raise DeviceError(
+                f"{integrator}: this driver ends loops after {self.device.limits['turns']} turns, too early for some "
+                "rays; use a greater step or tolerance, another integrator, or --device cl"
+            )
 
     def picture(self, result: Any, whole: tuple[int, int]) -> Image:
         """What was cast, at the size that was asked for."""

@@ -6,12 +6,11 @@ import numpy as np
 
 from nodegraph import Bool, Camera, Choice, Color, Float, Input, Int, Light, Output, Processor, TransferFunction, data
 from nodegraph.compute import blockwise
-from nodegraph.compute.casting import ENLARGE, SKIP_OPACITY, VALUE_ERROR, Casting, table, within
+from nodegraph.compute.casting import ENLARGE, SKIP_OPACITY, VALUE_ERROR, Casting, gauss_points, table, within
 from nodegraph.compute.sparse_pixels import SPARSE, cast_sparsely
 from nodegraph.data import Buffer, Image, Volume, bands, bricks, preintegration
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
-from nodegraph.errors import DeviceError
 from nodegraph.ports import channels, has_components
 from nodegraph.requests import Request, coarseness, coarser
 
@@ -244,11 +243,8 @@ class Raycast(Processor):
         cast = partial(frame.cast, kernel, turns, progress)
         sparse = pixel_tolerance > 0.0 and not frame.streamed
         result = cast_sparsely(cast, device, size, pixel_tolerance, explain) if sparse else cast()
-        if kernel in UNBOUNDED and "turns" in device.limits and np.isnan(result.color.array).any():
-            raise DeviceError(
-                f"{integrator}: this driver ends loops after {device.limits['turns']} turns, too early for some rays; "
-                "use a greater step or tolerance, another integrator, or --device cl"
-            )
+        if kernel in UNBOUNDED:
+            frame.refuse_unfinished(result, integrator)
         return frame.picture(result, whole)
 
 
@@ -265,7 +261,7 @@ def pair_table(function, rows, step_length):
 def _integration(function, integrator, level, step_length, order, table_size, pair_table_size, memo):
     """What an integrator reads of the transfer function, and the switches of its kernel."""
     if integrator == "cellwise":
-        return _exactly(function, level) | _gauss(order), {"ORDER": order}
+        return _exactly(function, level) | gauss_points(order), {"ORDER": order}
     if integrator == "adaptive":
         rows, steps = bands.bands(function, level)
         return {"bands": rows}, {"STEPS": steps}
@@ -274,7 +270,7 @@ def _integration(function, integrator, level, step_length, order, table_size, pa
         return {"pairs": pairs, "lookup": function.lookup(pair_table_size, level)}, {"INTEGRATOR": 2}
     given = _tabulated(function, table_size, level, memo)
     if integrator in POINTS:
-        return given | _gauss(POINTS[integrator]), {"INTEGRATOR": 3, "ORDER": POINTS[integrator]}
+        return given | gauss_points(POINTS[integrator]), {"INTEGRATOR": 3, "ORDER": POINTS[integrator]}
     return given, {"INTEGRATOR": INTEGRATORS.index(integrator)}
 
 
@@ -285,11 +281,6 @@ def _exactly(function, level):
     colors = np.array([[*key.color, float(function.extinction(key.opacity))] for key in function.keys])
     values = np.array([[key.value - level, 0.0, 0.0, 0.0] for key in function.keys])
     return {"keys": colors, "places": values}
-
-
-def _gauss(order):
-    nodes, weights, before = preintegration.gauss_rule(order)
-    return {"nodes": nodes, "weights": weights, "before": before.ravel()}
 
 
 def leaps(ranges, function, what, rows, least, level):

@@ -2,15 +2,22 @@
 
 from nodegraph import Bool, Camera, Choice, Float, Input, Int, Light, Output, Processor, TransferFunction2D, data
 from nodegraph.compute import blockwise
-from nodegraph.compute.casting import ENLARGE, SKIP_OPACITY, VALUE_ERROR, Casting, table, within
-from nodegraph.data import Image, Volume, bricks, preintegration
+from nodegraph.compute.casting import ENLARGE, SKIP_OPACITY, VALUE_ERROR, Casting, gauss_points, table, within
+from nodegraph.data import Image, Volume, bricks
+from nodegraph.data.areas import areas, visible_by_areas
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
 from nodegraph.ports import channels, has_components
 from nodegraph.requests import Request, coarseness, coarser
 
-INTEGRATORS = ("midpoint", "gauss2", "gauss3")
+INTEGRATORS = ("midpoint", "trapezoid", "preintegrated", "gauss2", "gauss3", "adaptive", "cellwise")
 KERNEL = "render/raycast"
+KERNELS = {"cellwise": "render/raycast_cellwise_2d", "adaptive": "render/raycast_adaptive_2d"}
+POINTS = {"gauss2": 2, "gauss3": 3}
+TABULATED = ("midpoint", "trapezoid", "gauss2", "gauss3")
+"""Those that read the transfer function from a table; the others ask its areas."""
+LOOKS_AT = {"midpoint": 0.0, "cellwise": 0.0}
+"""Steps from the middle of a segment to the farthest point that is looked at for it; 1/2 where nothing else is said."""
 
 
 class Raycast2D(Processor):
@@ -20,14 +27,24 @@ class Raycast2D(Processor):
     those of `render.raycast` in composite mode. The magnitude is in value units per mm, of central differences over
     two voxels. Where it is not a finite number, or the value is not, nothing is seen.
 
-    *midpoint* takes one sample of each segment: order 2 where all is smooth, 1 where the transfer function is steep.
-    *gauss2* and *gauss3* take two and three points by Gauss and Legendre, order 4 and 6 where everything is smooth. The
-    picture converges with the step and with ``table_size``: an edge that is not soft is one cell of the table wide.
+    What is made of a segment:
+
+    - *midpoint*: one sample. Order 2 where everything is smooth, 1 where the transfer function is steep.
+    - *trapezoid*: both ends.
+    - *preintegrated*: both ends, and what the areas hold on a straight line between them, in (value, magnitude):
+      order 2 also for edges that are not soft.
+    - *gauss2*, *gauss3*: two or three points by Gauss and Legendre, order 4 and 6 where everything is smooth.
+    - *cellwise*: cut at cell faces and wherever an edge of an area may be met, ``order`` points in each piece. Slow and
+      exact.
+    - *adaptive*: segments are halved until halves and whole agree within ``tolerance``.
+
+    Those that go by samples alone read a table, and converge with ``table_size``, too: an edge that is not soft is one
+    of its cells wide. The others ask the areas themselves, which takes longer the more there are.
 
     Source: Rezk-Salama 2001, T06, R01; Orhun 2004, OR-26, OR-14; Schlosser 2009, A09, C06.
     """
 
-    kernels = (KERNEL, ENLARGE)
+    kernels = (KERNEL, *KERNELS.values(), ENLARGE)
 
     volume = Input(Volume, doc="Scalar field.", accepts=[has_components(1)])
     gradient = Input(
@@ -50,14 +67,24 @@ class Raycast2D(Processor):
         doc="Colour and extinction by value and gradient magnitude.",
     )
     integrator = Choice(
-        *INTEGRATORS, quality=INTEGRATORS, doc="How many points of each segment of a ray are looked at."
+        *INTEGRATORS, quality=INTEGRATORS, reference="cellwise", doc="What is made of each segment of a ray."
     )
     step = Float(
         0.5, min=1e-3, max=1e3, soft_min=0.1, soft_max=4.0, unit="voxel", quality="lower",
+        visible_if={"integrator": INTEGRATORS[:6]},
         doc="Length of the segments, in units of the least voxel spacing.",
     )  # fmt: skip
+    order = Int(
+        3, min=1, max=12, quality="higher", reference=(3, 5, 8), visible_if={"integrator": "cellwise"},
+        doc="Gauss-Legendre points in each piece of a ray.",
+    )  # fmt: skip
+    tolerance = Float(
+        1e-3, min=1e-7, max=1.0, quality="lower", visible_if={"integrator": "adaptive"},
+        doc="What halving a segment may still change of colour and opacity, summed over the ray. It is an estimate: "
+        "what is narrower than a segment may be passed by.",
+    )  # fmt: skip
     table_size = Int(
-        256, min=8, max=2048, quality="higher", reference=2048,
+        256, min=8, max=2048, quality="higher", reference=2048, visible_if={"integrator": TABULATED},
         doc="Columns and rows of the table that the transfer function is read from.",
     )  # fmt: skip
     termination = Float(
@@ -90,38 +117,48 @@ class Raycast2D(Processor):
     shininess = Float(25.0, min=1.0, soft_max=200.0, visible_if={"lit": True}, doc="Narrowness of the gloss.")
 
     def needs(self, size, quality, wanted, params):
-        small, _ = coarser(size, params["step"], coarseness(quality))
+        exact = params["integrator"] == "cellwise"
+        small, _ = coarser(size, None if exact else params["step"], coarseness(quality))
         # What is above the interval has the size that is cast to go by, and must not be made coarser once more.
         return {} if small == size else {"interval": Request(small, "final")}
 
     def process(
-        self, volume, gradient, interval, camera, transfer_function, integrator, step, table_size, termination,
-        value_error, skip, skip_opacity, gradients, depth_opacity, lit, light, ambient, diffuse, specular, shininess,
+        self, volume, gradient, interval, camera, transfer_function, integrator, step, order, tolerance, table_size,
+        termination, value_error, skip, skip_opacity, gradients, depth_opacity, lit, light, ambient, diffuse, specular,
+        shininess,
         *, size, quality, device, memo, explain, progress,
     ):  # fmt: skip
         whole = size
         if interval is None or interval.size != whole:
             # An interval of the whole size, as a script may bring it, leaves no choice.
-            size, step = coarser(whole, step, coarseness(quality))
+            size, longer = coarser(whole, None if integrator == "cellwise" else step, coarseness(quality))
+            step = longer or step
         volume = within(value_error, volume, device, memo, explain)
         frame = Casting(device, volume, camera, size, step, interval, gradient)
-        frame.interleave(whole)
         bindings, defines = frame.bindings, frame.defines
-        bindings |= {
-            "table": memo(table, transfer_function, table_size, table_size),
-            "lookup_2d": transfer_function.lookup(table_size, table_size, frame.level),
-            "to_eye": frame.to_eye(),
-            "depth_opacity": depth_opacity,
-        }
-        defines |= {"BY_GRADIENT": True, "TERMINATION": termination < 1.0}
+        bindings |= {"to_eye": frame.to_eye(), "depth_opacity": depth_opacity}
+        defines |= {"TERMINATION": termination < 1.0}
         if termination < 1.0:
             # A ray must not end before its depth is known.
             bindings["termination"] = max(termination, depth_opacity)
-        if integrator != "midpoint":
-            order = INTEGRATORS.index(integrator) + 1
-            nodes, weights, before = preintegration.gauss_rule(order)
-            bindings |= {"nodes": nodes, "weights": weights, "before": before.ravel()}
-            defines |= {"INTEGRATOR": 3, "ORDER": order}
+        kernel = KERNELS.get(integrator, KERNEL)
+        if kernel == KERNEL:
+            frame.interleave(whole)
+            # The other kernels know nothing else.
+            defines |= {"BY_GRADIENT": True, "INTEGRATOR": 3 if integrator in POINTS else INTEGRATORS.index(integrator)}
+        if integrator in TABULATED:
+            bindings |= {
+                "table": memo(table, transfer_function, table_size, table_size),
+                "lookup_2d": transfer_function.lookup(table_size, table_size, frame.level),
+            }
+        else:
+            bindings["areas"] = areas(transfer_function, frame.level)
+        points = order if integrator == "cellwise" else POINTS.get(integrator)
+        if points is not None:
+            bindings |= gauss_points(points)
+            defines["ORDER"] = points
+        if integrator == "adaptive":
+            bindings["tolerance"] = tolerance
         if lit:
             frame.illuminate(light, ambient=ambient, diffuse=diffuse, specular=specular, shininess=shininess)
 
@@ -129,32 +166,38 @@ class Raycast2D(Processor):
         if skip:
             ranges = memo(value_ranges, volume, blockwise.GROUP) if frame.streamed else memo(value_ranges, volume)
             least = frame.extinction_of(skip_opacity)
+            rows = table_size if integrator in TABULATED else None
             if frame.streamed:
-                found = visible = memo(visible_groups, ranges, transfer_function, table_size, least)
+                found = visible = memo(visible_groups, ranges, transfer_function, rows, least)
             else:
-                found = memo(leaps, ranges, transfer_function, table_size, least)
+                found = memo(leaps, ranges, transfer_function, rows, least)
             share = frame.leave_out(found, skip_opacity, explain)
         shown = visible_samples(volume, camera, size, frame.step_length, share)
         frame.choose_gradients(gradients, shown, memo, explain, coarse=size != whole)
-        if lit:
+        if lit and kernel == KERNEL:
             defines["ALL_LIT"] = frame.lights_all(dense=skip and found is None)
 
         # How many turns of loops a ray may take at most, as some drivers count.
         turns = frame.samples * (4.0 if lit else 1.3 if skip else 1.0) + 100
-        frame.stream(KERNEL, explain, visible=visible, looks=0.0 if integrator == "midpoint" else 0.5)
-        return frame.picture(frame.cast(KERNEL, turns, progress), whole)
+        frame.stream(kernel, explain, visible=visible, looks=LOOKS_AT.get(integrator, 0.5))
+        result = frame.cast(kernel, turns, progress)
+        if kernel != KERNEL:
+            frame.refuse_unfinished(result, integrator)
+        return frame.picture(result, whole)
 
 
-def leaps(ranges, function, table_size, least):
+def leaps(ranges, function, rows, least):
     """How far a ray may leap from each brick; None where it is not worth asking."""
-    visible = visible_groups(ranges, function, table_size, least)
+    visible = visible_groups(ranges, function, rows, least)
     return None if visible is None else bricks.Leaps.over(visible)
 
 
-def visible_groups(ranges, function, table_size, least):
+def visible_groups(ranges, function, rows, least):
     """The bricks, or groups of bricks, with values that at some magnitude hide more than ``least`` per mm.
 
-    None where nearly all have.
+    By a table of ``rows`` rows and columns, or by the areas themselves where it is None. None where nearly all have.
     """
-    greatest, lookup = function.greatest(table_size, table_size), function.lookup(table_size, table_size)[:2]
+    if rows is None:
+        return bricks.unless_most(visible_by_areas(ranges.data, function, least))
+    greatest, lookup = function.greatest(rows, rows), function.lookup(rows, rows)[:2]
     return bricks.unless_most(bricks.visible_bricks(ranges.data, greatest, lookup, least))

@@ -1,6 +1,7 @@
 // A ray by segments, each of which is halved until two halves agree with the whole within the tolerance (Orhun 2004,
-// OR-61). A kernel that includes this says before it what a `Place` of the ray is: `place_at` finds one, `between` is the
-// mean colour and extinction from one to the next, `missed_between` the extinction that three of them may pass by.
+// OR-61). A kernel that includes this says before it what a `Place` of the ray is: `place_at` finds one, and `means_of` says what
+// lies between three.
+#include "common/means.glsl"
 #include "common/bricks.glsl"
 #include "common/emission.glsl"
 
@@ -51,29 +52,27 @@ Result pixel(ivec2 at) {
             a = from + index * part;
             Place middle = place_at(ray, a + 0.5 * part);
             Place back = place_at(ray, index + 1.0 < parts ? a + part : min((k + 1.0) * step_length, range.y));
-            vec4 whole = between(front, back);
-            vec4 near = between(front, middle);
-            vec4 far = between(middle, back);
-            float d0 = near.w * 0.5 * part;
-            float d1 = far.w * 0.5 * part;
+            Means means = means_of(front, middle, back);
+            float d0 = means.near.w * 0.5 * part;
+            float d1 = means.far.w * 0.5 * part;
             float rest = 1.0 - hidden;
             float share = -expm1(-d0);
             float second = (1.0 - share) * -expm1(-d1);
-            float coarse = -expm1(-whole.w * part);
-            vec3 error = share * near.rgb + second * far.rgb - coarse * whole.rgb;
+            float coarse = -expm1(-means.whole.w * part);
+            vec3 error = share * means.near.rgb + second * means.far.rgb - coarse * means.whole.rgb;
             float worst = max(max(abs(error.x), abs(error.y)), max(abs(error.z), abs(share + second - coarse)));
             // A ray that grazes a jump may pass it between the points that are looked at: such places are few.
-            float missed = missed_between(front, middle, back) * part;
+            float missed = means.missed * part;
             if ((parts < FINEST && rest * worst > per_mm * part) ||
                 (parts < FINEST_AT_JUMP && rest * missed > 0.25 * tolerance)) {
                 parts *= 2.0;
                 index *= 2.0;
             } else {
                 if (share > 0.0) {
-                    color += rest * share * shade(near.rgb, ray, a + 0.25 * part);
+                    color += rest * share * shade(means.near.rgb, ray, a + 0.25 * part);
                 }
                 if (second > 0.0) {
-                    color += rest * second * shade(far.rgb, ray, a + 0.75 * part);
+                    color += rest * second * shade(means.far.rgb, ray, a + 0.75 * part);
                 }
                 float after = hidden + rest * (share + second);
                 if (found < -FAR * 0.5 && after >= depth_opacity && after > 0.0 && isinf(result.depth)) {

@@ -1,4 +1,5 @@
 // The light on a point of a ray through a scalar volume.
+#include "common/classify.glsl"
 #include "common/rays.glsl"
 #include "common/gradient.glsl"
 #include "common/shading.glsl"
@@ -37,6 +38,26 @@ vec3 slope_at(Ray ray, float t) {
 #endif
 }
 #endif
+
+// Value at a point of the ray; where its slope is asked for too, as where it is `lit`, from the same read as that.
+float value_at(Ray ray, float t, bool lit) {
+#if LIT || defined(BY_GRADIENT)
+#if GRADIENT == 2
+    return lit ? 2.0 * sample3v(gradient, point_at(ray, t) + 1.0).w + middle : sample3(volume, point_at(ray, t));
+#endif
+#endif
+    return sample3(volume, point_at(ray, t));
+}
+
+// True where a gradient, and not only a value, is made of something that is not finite: that of whole numbers is, unless it
+// was brought along.
+bool is_lost(float magnitude) {
+#if FINITE && GRADIENT != 1
+    return false;
+#else
+    return isnan(magnitude) || isinf(magnitude);
+#endif
+}
 
 // Colour of a point of the ray after illumination.
 vec3 shade(vec3 color, Ray ray, float t) {

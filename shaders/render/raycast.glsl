@@ -2,6 +2,7 @@
 #ifndef BY_GRADIENT
 #define BY_GRADIENT 0   // 1: what is seen depends on the magnitude of the gradient, too; then gradients are per mm
 #endif
+#include "common/areas.glsl"
 #include "common/illumination.glsl"
 #include "common/classify.glsl"
 #include "common/bricks.glsl"
@@ -19,7 +20,7 @@
 #define ALL_LIT 0       // 1: light falls on all segments without a question: nearly all can be seen, or it costs little
 #endif
 
-#if BY_GRADIENT
+#if BY_GRADIENT && INTEGRATOR != 2
 field2 table;
 uniform vec4 lookup_2d; // scale and offset from a value to a column of the table, and from a magnitude to a row
 #elif INTEGRATOR != 2
@@ -30,23 +31,13 @@ field1 table;
 // the number of runs, not with the number of samples.
 const float RUN = 32.0;
 
-// Value at a point of the ray; where its slope is asked for too, as where it is `lit`, from the same read as that.
-float value_at(Ray ray, float t, bool lit) {
-#if LIT || BY_GRADIENT
-#if GRADIENT == 2
-    return lit ? 2.0 * sample3v(gradient, point_at(ray, t) + 1.0).w + middle : sample3(volume, point_at(ray, t));
-#endif
-#endif
-    return sample3(volume, point_at(ray, t));
-}
-
 struct Segment {
     vec3 color;     // of what is seen of it, before illumination
     float depth;    // optical depth
     vec4 back;      // what the next segment begins with
 };
 
-#if BY_GRADIENT
+#if BY_GRADIENT && INTEGRATOR != 2
 vec4 matter_at(Ray ray, float t, bool lit) {
     float value = value_at(ray, t, true);
     float column = value * lookup_2d.x + lookup_2d.y;
@@ -55,7 +46,7 @@ vec4 matter_at(Ray ray, float t, bool lit) {
         return vec4(0.0);
     }
     float magnitude = magnitude_of(slope_at(ray, t));
-    return is_missing(magnitude)
+    return is_lost(magnitude)
         ? vec4(0.0)
         : classify_2d(table, vec2(column, magnitude * lookup_2d.z + lookup_2d.w));
 }
@@ -68,6 +59,8 @@ vec4 matter_at(Ray ray, float t, bool lit) {
 vec4 end_of_segment(Ray ray, float t) {
 #if INTEGRATOR == 1
     return matter_at(ray, t, false);
+#elif INTEGRATOR == 2 && BY_GRADIENT
+    return vec4(spot_at(ray, t), 0.0, 0.0);
 #elif INTEGRATOR == 2
     return vec4(place_at(ray, t));
 #else
@@ -112,7 +105,11 @@ Segment segment(Ray ray, float k, float start, float length, float stop, vec4 fr
 #endif
 #if INTEGRATOR == 2
     vec4 back = end_of_segment(ray, min((k + 1.0) * step_length, stop));
+#if BY_GRADIENT
+    vec4 matter = mean_by_areas(front.xy, back.xy);
+#else
     vec4 matter = between(front.x, back.x);
+#endif
     result.color = matter.rgb;
     result.depth = matter.w * length;
     result.back = back;

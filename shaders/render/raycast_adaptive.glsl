@@ -4,6 +4,7 @@
 #include "common/illumination.glsl"
 #include "common/classify.glsl"
 #include "common/bands.glsl"
+#include "common/means.glsl"
 
 Place place_at(Ray ray, float t) {
     float value = sample3(volume, point_at(ray, t));
@@ -12,6 +13,11 @@ Place place_at(Ray ray, float t) {
     place.value = is_missing(value) ? uintBitsToFloat(0x7fc00000u) : value;
 #endif
     return place;
+}
+
+Means means_of(Place front, Place middle, Place back) {
+    return Means(
+        between(front, middle), between(middle, back), between(front, back), missed_between(front, middle, back));
 }
 
 #include "common/halving.glsl"

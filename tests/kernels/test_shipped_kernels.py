@@ -139,6 +139,14 @@ def _by_gradient() -> list[tuple[str, dict[str, Any]]]:
     lamp = {"light": Light("point", "world", (40.0, -90.0, 70.0))}
     cases = [(f"{one}-lit", seen | lamp | {"integrator": one}) for one in ("midpoint", "gauss2", "gauss3")]
     cases += [(f"{one}-unlit", seen | {"integrator": one, "lit": False}) for one in ("midpoint", "gauss3")]
+    exact = {"integrator": "cellwise", "order": 2}
+    cases += [("cellwise-lit", seen | lamp | exact), ("adaptive-lit", seen | lamp | {"integrator": "adaptive"})]
+    cases += [("cellwise-matte", seen | {"integrator": "cellwise", "specular": 0.0, "gradients": "precomputed"})]
+    cases += [("adaptive-matte", seen | {"integrator": "adaptive", "specular": 0.0, "gradients": "precomputed"})]
+    for one in ("trapezoid", "preintegrated", "cellwise", "adaptive"):
+        cheap = {"volume": STORED, "gradient": SLOPES, "interval": INTERVAL, "lit": False, "transfer_function": far}
+        cases += [(f"{one}-cheap", seen | cheap | {"integrator": one, "termination": 0.8})]
+    cases += [(f"{one}-dense", seen | {"integrator": one, "skip": False}) for one in ("cellwise", "adaptive")]
     cases += [("wired", seen | {"gradient": SLOPES}), ("interval", seen | {"interval": INTERVAL, "skip": False})]
     cases += [("dense", seen | {"skip": False, "volume": STORED}), ("early", seen | {"termination": 0.8})]
     cases += [("matte", seen | {"specular": 0.0})]
