@@ -94,8 +94,9 @@ class Raycast(Processor):
     )  # fmt: skip
     tolerance = Float(
         1e-3, min=1e-7, max=1.0, quality="lower", visible_if={"mode": "composite", "integrator": "adaptive"},
-        doc="What halving a segment may still change of colour and opacity, summed over the ray. Jumps of the transfer "
-        "function are met where they are. It is an estimate: what is narrower than a segment may be passed by.",
+        doc="What halving a segment may still change of colour, with its light, and opacity, summed over the ray. "
+        "Jumps of the transfer function are met where they are. It is an estimate: what is narrower than a "
+        "segment, or a side that turns to the lamp within one, may be passed by.",
     )  # fmt: skip
     table_size = Int(
         2048, min=2, max=8192, quality="higher",

@@ -80,8 +80,9 @@ class Raycast2D(Processor):
     )  # fmt: skip
     tolerance = Float(
         1e-3, min=1e-7, max=1.0, quality="lower", visible_if={"integrator": "adaptive"},
-        doc="What halving a segment may still change of colour and opacity, summed over the ray. It is an estimate: "
-        "what is narrower than a segment may be passed by.",
+        doc="What halving a segment may still change of colour, with its light, and opacity, summed over the ray. It "
+        "is an estimate: what is narrower than a segment, or a side that turns to the lamp within one, may be "
+        "passed by.",
     )  # fmt: skip
     table_size = Int(
         256, min=8, max=2048, quality="higher", reference=2048, visible_if={"integrator": TABULATED},

@@ -59,7 +59,10 @@ Result pixel(ivec2 at) {
             float share = -expm1(-d0);
             float second = (1.0 - share) * -expm1(-d1);
             float coarse = -expm1(-means.whole.w * part);
-            vec3 error = share * means.near.rgb + second * means.far.rgb - coarse * means.whole.rgb;
+            vec3 near = share > 0.0 ? shade(means.near.rgb, ray, a + 0.25 * part) : vec3(0.0);
+            vec3 far = second > 0.0 ? shade(means.far.rgb, ray, a + 0.75 * part) : vec3(0.0);
+            vec3 whole = coarse > 0.0 ? shade(means.whole.rgb, ray, a + 0.5 * part) : vec3(0.0);
+            vec3 error = share * near + second * far - coarse * whole;
             float worst = max(max(abs(error.x), abs(error.y)), max(abs(error.z), abs(share + second - coarse)));
             // A ray that grazes a jump may pass it between the points that are looked at: such places are few.
             float missed = means.missed * part;
@@ -68,12 +71,7 @@ Result pixel(ivec2 at) {
                 parts *= 2.0;
                 index *= 2.0;
             } else {
-                if (share > 0.0) {
-                    color += rest * share * shade(means.near.rgb, ray, a + 0.25 * part);
-                }
-                if (second > 0.0) {
-                    color += rest * second * shade(means.far.rgb, ray, a + 0.75 * part);
-                }
+                color += rest * (share * near + second * far);
                 float after = hidden + rest * (share + second);
                 if (found < -FAR * 0.5 && after >= depth_opacity && after > 0.0 && isinf(result.depth)) {
                     float wanted = log((1.0 - hidden) / (1.0 - depth_opacity));

@@ -38,7 +38,7 @@ def draw(device, kind, what, path):
     cells = " (cellwise: size of a cell)" if cases is convergence else ""
     axes.set_xlabel(f"step, mm{cells}")
     axes.set_ylabel("root mean square error of colour and opacity")
-    axes.set_title(f"{TITLES[what]}, {by}", fontsize=11)
+    axes.set_title(f"{TITLES[what]},\n{by}", fontsize=11)
     axes.grid(True, which="major", linewidth=0.4, alpha=0.6)
     figure.legend(
         title="measured order (theory)", fontsize=8, title_fontsize=8, loc="outside right upper", frameon=False
