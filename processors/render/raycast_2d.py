@@ -145,7 +145,7 @@ class Raycast2D(Processor):
         kernel = KERNELS.get(integrator, KERNEL)
         if kernel == KERNEL:
             frame.interleave(whole)
-            # The other kernels know nothing else.
+            # The other kernels are made for nothing else.
             defines |= {"BY_GRADIENT": True, "INTEGRATOR": 3 if integrator in POINTS else INTEGRATORS.index(integrator)}
         if integrator in TABULATED:
             bindings |= {
@@ -180,6 +180,8 @@ class Raycast2D(Processor):
 
         # How many turns of loops a ray may take at most, as some drivers count.
         turns = frame.samples * (4.0 if lit else 1.3 if skip else 1.0) + 100
+        if integrator == "preintegrated":
+            turns += frame.samples * len(transfer_function.areas) * (2.0 if lit else 1.0)
         frame.stream(kernel, explain, visible=visible, looks=LOOKS_AT.get(integrator, 0.5))
         result = frame.cast(kernel, turns, progress)
         if kernel != KERNEL:

@@ -209,6 +209,9 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
             index *= 2.0;
         }
     }
+    if (index < parts && result.hidden < ENOUGH && around.most > 0.0) {
+        result.hidden = uintBitsToFloat(0x7fc00000u);   // the driver ended the loop
+    }
     return result;
 }
 
