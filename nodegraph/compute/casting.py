@@ -23,7 +23,7 @@ from nodegraph.data.gradients import beforehand, index_gradient, middle, vanishi
 from nodegraph.data.image import Image
 from nodegraph.data.light import Light
 from nodegraph.data.preintegration import gauss_rule
-from nodegraph.data.quantisation import bound, narrowest, stored
+from nodegraph.data.quantisation import bound, is_finite, narrowest, stored
 from nodegraph.data.volume import Volume
 from nodegraph.errors import DeviceError, PortError
 
@@ -197,15 +197,26 @@ class Casting:
         return result
 
     def choose_gradients(
-        self, asked: str, shown: float, memo: Any, explain: Callable[[str], None], coarse: bool = False
+        self,
+        asked: str,
+        shown: float,
+        memo: Any,
+        explain: Callable[[str], None],
+        coarse: bool = False,
+        decisive: bool = False,
     ) -> None:
         """Bind gradients, or let the kernel take differences; ``shown``: samples a frame that need one.
 
-        A ``coarse`` picture, as interactive quality has it, takes those that a finer one has left.
+        A ``coarse`` picture, as interactive quality has it, takes those that a finer one has left. Where gradients are
+        ``decisive`` for what is seen, and not only for its light, none are made beforehand beside voxels that are not
+        finite: there they are not the same.
         """
         self.defines |= {"GRADIENT": 0 if self.gradient is None else 1}
         if self.gradient is not None:
             self.bindings |= {"gradient": self.gradient}
+            return
+        if decisive and asked == "automatic" and not self.streamed and not memo(is_finite, self.volume):
+            explain("gradients are taken on the fly: some voxels are not finite, and decide what is seen beside them")
             return
         made, why = beforehand(
             asked, self.volume, shown, self.device, self.streamed,

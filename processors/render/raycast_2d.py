@@ -107,7 +107,8 @@ class Raycast2D(Processor):
     gradients = Choice(
         "automatic", "on_the_fly", "precomputed",
         doc="Whether differences of voxels are taken at each sample, or once for all of them. It changes nothing but "
-        "time, memory and rounding; beside voxels that are not finite, light may differ.",
+        "time, memory and rounding; but beside voxels that are not finite it decides what is seen, so that there "
+        "automatic is on_the_fly.",
     )  # fmt: skip
     depth_opacity = Float(0.5, min=0.0, max=0.999, doc="Depth is where this much is hidden.")
     lit = Bool(True, doc="Illuminate by the Phong model.")
@@ -174,7 +175,7 @@ class Raycast2D(Processor):
                 found = memo(leaps, ranges, transfer_function, rows, least)
             share = frame.leave_out(found, skip_opacity, explain)
         shown = visible_samples(volume, camera, size, frame.step_length, share)
-        frame.choose_gradients(gradients, shown, memo, explain, coarse=size != whole)
+        frame.choose_gradients(gradients, shown, memo, explain, coarse=size != whole, decisive=True)
         if lit and kernel == KERNEL:
             defines["ALL_LIT"] = frame.lights_all(dense=skip and found is None)
 

@@ -36,12 +36,17 @@ vec3 inside_of(Area area, vec2 at) {
     return vec3(at.x - mix(area.shape.x, area.shape.z, up), mix(area.shape.y, area.shape.w, up) - at.x, up);
 }
 
+// Share of its extinction that a trapezoid has by how far up a point is.
+float along_of(Area area, float up) {
+    float along = min(area.edges.w > 0.0 ? up : 1.0, 1.0 - up) / max(0.5 * area.edges.z, TINY);
+    return clamp(along, 0.0, 1.0);
+}
+
 // Share of its extinction that a trapezoid has at a point that is not outside.
 float trapezoid_weight(Area area, vec3 inside) {
     float soft = 0.5 * area.edges.z;
     float across = min(inside.x, inside.y) / max(soft * (inside.x + inside.y), TINY);
-    float along = min(area.edges.w > 0.0 ? inside.z : 1.0, 1.0 - inside.z) / max(soft, TINY);
-    return soft > 0.0 ? clamp(across, 0.0, 1.0) * clamp(along, 0.0, 1.0) : 1.0;
+    return soft > 0.0 ? clamp(across, 0.0, 1.0) * along_of(area, inside.z) : 1.0;
 }
 
 float bell_weight(float square) {
@@ -87,16 +92,36 @@ float zero_of(float a, float b) {
     return (a < 0.0) == (b < 0.0) ? 0.0 : a / (a - b);
 }
 
-// Integral of the weight of a trapezoid over a part of a line on which it has no kink: three points of Gauss and Legendre.
+// Integral of the weight of a soft trapezoid over a part of a line on which it has no kink.
 float trapezoid_part(Area area, vec3 a, vec3 b, float from, float to) {
     float length = to - from;
     if (!(length > 0.0)) {
         return 0.0;
     }
     float s = from + 0.5 * length;
-    float off = 0.3872983346207417 * length;
-    float ends = trapezoid_weight(area, mix(a, b, s - off)) + trapezoid_weight(area, mix(a, b, s + off));
-    return length * (5.0 * ends + 8.0 * trapezoid_weight(area, mix(a, b, s))) / 18.0;
+    vec3 front = mix(a, b, from);
+    vec3 back = mix(a, b, to);
+    vec3 middle = mix(a, b, s);
+    float soft = 0.5 * area.edges.z;
+    float w0 = max(front.x + front.y, TINY);
+    float w1 = max(back.x + back.y, TINY);
+    bool whole = min(middle.x, middle.y) >= soft * (middle.x + middle.y);
+    if (whole || max(w0, w1) < 1.25 * min(w0, w1)) {
+        // A product of two linear functions, or so near to it that three points of Gauss and Legendre err by 1e-8.
+        float off = 0.3872983346207417 * length;
+        float ends = trapezoid_weight(area, mix(a, b, s - off)) + trapezoid_weight(area, mix(a, b, s + off));
+        return length * (5.0 * ends + 8.0 * trapezoid_weight(area, middle)) / 18.0;
+    }
+    // Towards the tip of a triangle the width w vanishes, by which a slope is divided: (n0 + n1 w) (g0 + g1 w) / w.
+    bool left = middle.x < middle.y;
+    float n = left ? front.x : front.y;
+    float g = along_of(area, front.z);
+    float n1 = ((left ? back.x : back.y) - n) / (w1 - w0);
+    float g1 = (along_of(area, back.z) - g) / (w1 - w0);
+    float n0 = n - n1 * w0;
+    float g0 = g - g1 * w0;
+    float sum = n0 * g0 * log(w1 / w0) / (w1 - w0) + n0 * g1 + n1 * g0 + 0.5 * n1 * g1 * (w0 + w1);
+    return max(length * sum / soft, 0.0);
 }
 
 // Mean weight of a trapezoid on the straight line between two points.
@@ -108,8 +133,7 @@ float trapezoid_share(Area area, vec2 front, vec2 back) {
     float soft = 0.5 * area.edges.z;
     float share = max(part.y - part.x, 0.0);
     if (soft > 0.0 && share > 0.0) {
-        // Its weight has a kink where a slope ends, at four places at most. Between them it is a product of two linear
-        // functions, or nearly that where the sides are not upright.
+        // Its weight has a kink where a slope ends, at four places at most.
         vec4 cuts = vec4(
             zero_of(a.x - soft * (a.x + a.y), b.x - soft * (b.x + b.y)),
             zero_of(a.y - soft * (a.x + a.y), b.y - soft * (b.x + b.y)),

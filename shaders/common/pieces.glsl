@@ -2,7 +2,7 @@
 #include "common/emission.glsl"
 
 const float NEVER = 3.0e38;
-const float AGREED = 2.0e-7;        // of the colour of the ray
+const float AGREED = 2.0e-7;        // of the colour of the ray, for each part of a piece
 const float MOST_PARTS = 256.0;     // of a piece that is smooth
 
 struct Sum {

@@ -15,9 +15,17 @@ Place place_at(Ray ray, float t) {
     return place;
 }
 
+// Where some of the points have no value, what the others have ends somewhere between.
 Means means_of(Place front, Place middle, Place back) {
-    return Means(
-        between(front, middle), between(middle, back), between(front, back), missed_between(front, middle, back));
+    float missed = 0.0;
+    if (isnan(front.value) || isnan(middle.value) || isnan(back.value)) {
+        missed = isnan(front.value) ? missed : front.matter.w;
+        missed = isnan(middle.value) ? missed : max(missed, middle.matter.w);
+        missed = isnan(back.value) ? missed : max(missed, back.matter.w);
+    } else {
+        missed = missed_between(front, middle, back);
+    }
+    return Means(between(front, middle), between(middle, back), between(front, back), missed);
 }
 
 #include "common/halving.glsl"

@@ -9,12 +9,18 @@ struct Place {
     vec2 at;            // value, NaN where the volume has none, and gradient magnitude
 };
 
+// Weight of an area at a point; nothing where it has no value.
+float weight_at(Area area, Place place) {
+    return isnan(place.at.x) ? 0.0 : weight_of(area, place.at);
+}
+
 Place place_at(Ray ray, float t) {
     return Place(spot_at(ray, t));
 }
 
 // An area that neither half meets may still be passed by: value and magnitude go beyond the three points by half the bend,
-// as far as a parabola gets, or a line with one kink.
+// as far as a parabola gets, or a line with one kink. Where some of the points have no value, what the others have ends
+// somewhere between.
 Means means_of(Place front, Place middle, Place back) {
     vec4 near = vec4(0.0);
     vec4 far = vec4(0.0);
@@ -26,6 +32,7 @@ Means means_of(Place front, Place middle, Place back) {
     vec2 bend = 4.0 * abs(middle.at - 0.5 * (front.at + back.at));
     vec2 low = min(middle.at, min(front.at, back.at)) - bend;
     vec2 high = max(middle.at, max(front.at, back.at)) + bend;
+    bool all = first && second;
     int count = size1(areas) / 4;
     for (int i = 0; i < count; ++i) {
         Area area = area_of(i);
@@ -35,8 +42,11 @@ Means means_of(Place front, Place middle, Place back) {
         near += a * matter;
         far += b * matter;
         whole += (both ? share_of(area, front.at, back.at) : 0.0) * matter;
-        bool met = a > 0.0 || b > 0.0 || !(first && second);
-        missed += met ? 0.0 : known_of(area, low, high).most * area.matter.w;
+        float most = known_of(area, low, high).most;
+        if (!all) {
+            most = max(weight_at(area, front), max(weight_at(area, middle), weight_at(area, back)));
+        }
+        missed += all && (a > 0.0 || b > 0.0) ? 0.0 : most * area.matter.w;
     }
     return Means(matter_of(near), matter_of(far), matter_of(whole), missed);
 }

@@ -9,7 +9,8 @@
 #include "common/gauss.glsl"
 #include "common/pieces.glsl"
 
-const float NARROWEST = 1048576.0;  // parts of a cell, where an edge is searched
+const float MOST_TURNS = 4096.0;    // in one cell, before a part is not halved as often any more: where the ray runs along an edge
+const float NARROWEST = 4096.0;     // parts of a cell from then on
 
 // A cubic, and where it turns.
 struct Bounded {
@@ -169,16 +170,22 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
     Cell cell = Cell(
         bounded(values), bounded(x), bounded(y), bounded(z), bounded(away), bounded(lamps), start, length);
     Part around = part_of(cell, -0.5, 0.5, Part(0.0, 0.0, true, 0, size1(areas) / 4));
-    // Part `index` of `parts` equal ones of the cell.
+    // Up to there single and double precision tell places in a cell apart.
+    float finest = 1.0 + 1.0e-12 > 1.0 ? 17592186044416.0 : 2097152.0;
+    // Part `index` of `parts` equal ones of the cell; it lies in one of `smooth_parts` that is smooth.
     float parts = 1.0;
     float index = 0.0;
+    float smooth_parts = 1.0;
+    float turns = 0.0;
     while (index < parts && result.hidden < ENOUGH && around.most > 0.0) {
         float a = index / parts - 0.5;
         float b = (index + 1.0) / parts - 0.5;
         Part part = part_of(cell, a, b, around);
         float most = (1.0 - result.hidden) * length / parts;    // mm, less what is hidden
-        bool settled = parts >= NARROWEST || ((part.even || part.differs * most < AGREED) &&
+        bool settled = parts >= (turns < MOST_TURNS ? finest : NARROWEST) || ((part.even || part.differs * most < AGREED) &&
             (!turns_in(cell, a, b) || part.most * most < AGREED));
+        smooth_parts = settled ? min(smooth_parts, parts) : 2.0 * parts;
+        turns += 1.0;
         if (settled && part.most > 0.0) {
             Piece whole = integrate(ray, cell, a, b, part);
             float middle = 0.5 * (a + b);
@@ -188,7 +195,7 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
             vec3 error = abs(coarse.color - halves.color);
             float worst = max(abs(coarse.hidden - halves.hidden), max(error.x, max(error.y, error.z)));
             bool passed = result.depth == NEVER && halves.hidden >= depth_opacity && whole.depth > 0.0;
-            settled = (worst < AGREED && !passed) || parts >= MOST_PARTS;
+            settled = (worst < AGREED && !passed) || parts >= MOST_PARTS * smooth_parts || parts >= finest;
             if (settled) {
                 if (passed) {
                     float front = extinction_in(cell, a, part);

@@ -237,6 +237,85 @@ def test_a_gradient_that_is_not_finite_is_transparent_like_a_value(device, integ
         assert np.abs(np.log1p(-alpha) / np.log(0.7) - 6.0).max() < 1.01
 
 
+def test_beside_what_is_not_finite_all_devices_show_the_same(gl, cl, cl64, rng):
+    """Gradients made beforehand know nothing there where differences on the fly still do."""
+    data = rng.random((10, 10, 10)).astype(np.float32)
+    data[rng.random(data.shape) < 0.03] = np.nan
+    function = TransferFunction2D([Trapezoid.rectangle((0.3, 0.8), (0.1, 0.5), AMBER, 0.3, 0.5)])
+    shown = [
+        render(one, Volume(data), function, FLAT, (64, 64), integrator="cellwise").color for one in (gl, cl, cl64)
+    ]  # fmt: skip
+    assert shown[2][..., 3].mean() > 0.05
+    assert max(np.mean(np.abs(one - shown[2]).max(axis=-1) > 1e-3) for one in shown[:2]) < 0.01
+    half = [
+        render(cl64, Volume(data), function, FLAT, (8, 8), integrator="adaptive", tolerance=1e-4, step=step).color
+        for step in (0.25, 0.5)
+    ]  # fmt: skip
+    exact = render(cl64, Volume(data), function, FLAT, (8, 8), integrator="cellwise").color
+    assert max(np.median(np.abs(one - exact).max(axis=-1)) for one in half) < 1e-4
+
+
+@pytest.mark.parametrize("step", [0.5, 2.0, 8.0])
+def test_adaptive_finds_where_values_end(device, step):
+    """Of a slab of 8 voxels the last are NaN: 5 mm are seen by value, 4.5 by differences; both from -1/2 on."""
+    data = np.full((8, 8, 8), 0.5, np.float32)
+    data[:, 6:] = np.nan
+    for eye in (50.0, 50.2, 50.4):
+        camera = Camera(eye=(0.0, -eye, 0.0), target=(0, 0, 0), projection="orthographic", height=1.0)
+        params = {"volume": Volume(data), "camera": camera, "integrator": "adaptive", "tolerance": 1e-4, "step": step}
+        params |= {"lit": False, "termination": 1.0}
+        flat = TransferFunction([(0.0, AMBER, 0.1), (1.0, AMBER, 0.1)])
+        area = TransferFunction2D([Trapezoid.rectangle((0.0, 1.0), (0.0, 1.0), AMBER, 0.1)])
+        for id, function, length in (("render.raycast", flat, 5.5), ("render.raycast_2d", area, 4.5)):
+            alpha = call(id, device, (2, 2), transfer_function=function, **params).color[..., 3]
+            assert np.abs(np.log1p(-alpha) / np.log(0.9) - length).max() < 5e-3
+
+
+def test_beside_the_tip_of_a_soft_triangle_the_line_is_summed_in_closed_form(device):
+    """Where the slopes of its sides are divided by a width that vanishes; the tip stands at magnitude 0."""
+    placed = centred((2, 2, 2), (1.0, 1.0, 1.0))
+    volume, slopes = Volume(np.full((2, 2, 2), 0.503), placed), np.zeros((2, 2, 2, 3))
+    slopes[:, 1, :, 1] = 1.0
+    function = TransferFunction2D([Trapezoid((0.5, 0.5), (0.0, 1.0), (0.0, 1.0), 1.0, AMBER, 0.9)])
+    camera = Camera(eye=(0.0, -50.0, 0.0), target=(0, 0, 0), projection="orthographic", height=0.5)
+    interval = Image(np.full((1, 1, 2), (49.5, 50.5)))
+    expected = -np.expm1(-function.emission(0.503, (np.arange(1000000) + 0.5) / 1000000)[:, 3].mean())
+    for integrator in ("preintegrated", "adaptive"):
+        params = {"integrator": integrator, "step": 1e3, "gradient": Volume(slopes, placed), "interval": interval}
+        alpha = render(device, volume, function, camera, (1, 1), **params).color[0, 0, 3]
+        # In single precision the interval is widened by the rounding of 50 mm.
+        assert alpha == pytest.approx(expected, abs=1e-9 if device.name == "cl64" else 2e-4)
+
+
+@pytest.mark.parametrize("order", [1, 3, 8])
+def test_cellwise_finds_what_is_narrower_than_a_millionth_of_a_cell(cl64, order):
+    """A hard slab, and a Gaussian, in a field that rises by 1 from voxel to voxel."""
+    volume = Volume(np.broadcast_to(np.arange(6.0)[None, :, None], (6, 6, 6)).copy())
+    for width in (1e-3, 1e-6):
+        slab = Trapezoid.rectangle((2.37, 2.37 + width), (0.5, 1.5), AMBER, 1 - np.exp(-1.0))
+        function = TransferFunction2D([slab], width)
+        alpha = render(cl64, volume, function, FLAT.with_(height=1.0), (1, 1), integrator="cellwise", order=order)
+        assert alpha.color[0, 0, 3] == pytest.approx(1 - np.exp(-1.0), abs=1e-6)
+        bell = Gaussian((2.37, 1.0), (width, 1.0), BLUE, 1 - np.exp(-1.0))
+        narrow = TransferFunction2D([bell], width)
+        found = render(cl64, volume, narrow, FLAT.with_(height=1.0), (1, 1), integrator="cellwise", order=order)
+        floor = np.exp(-4.5)
+        depth = (np.sqrt(2 * np.pi) * 0.9973002039367398 - 6 * floor) / (1 - floor)  # of what is above the end
+        assert found.color[0, 0, 3] == pytest.approx(1 - np.exp(-depth), abs=3e-6)
+
+
+def test_a_ray_that_runs_along_an_edge_ends(cl64):
+    """Of exp(y) the magnitude is a share of the value; no part of the ray tells on which side of this edge it is."""
+    y = np.exp(0.3 * np.arange(8.0))
+    volume = Volume(np.broadcast_to(y[None, :, None], (8, 8, 8)).copy())
+    slope = np.sinh(0.3)
+    area = Trapezoid((0.0, 50.0), (10.0 / slope, 50.0), (0.0, 10.0), 0.0, AMBER, 0.3)
+    color = render(
+        cl64, volume, TransferFunction2D([area]), FLAT.with_(height=1.0), (1, 1), integrator="cellwise"
+    ).color
+    assert 0.0 <= color[0, 0, 3] <= 1.0
+
+
 SHELL = TransferFunction2D([Trapezoid.rectangle((0.2, 0.8), (0.1, 0.4), AMBER, 0.4, 0.3)])
 
 
