@@ -7,10 +7,7 @@ from numpy.typing import NDArray
 
 from nodegraph.data.bricks import Flags
 from nodegraph.data.buffer import Array
-from nodegraph.data.transfer_function_2d import Gaussian, TransferFunction2D
-
-STEEPEST = 1e30
-"""One over the narrowest width of an area that kernels tell from nothing, so that single precision holds it."""
+from nodegraph.data.transfer_function_2d import LEAST, Gaussian, TransferFunction2D
 
 
 def areas(function: TransferFunction2D, level: float = 0.0) -> NDArray[np.float64]:
@@ -59,4 +56,4 @@ def visible_by_areas(ranges: Array, function: TransferFunction2D, threshold: flo
 
 
 def _inverse(width: float) -> float:
-    return 1.0 / max(width, 1.0 / STEEPEST)
+    return 1.0 / max(width, LEAST)

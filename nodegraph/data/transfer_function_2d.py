@@ -22,7 +22,9 @@ ENDS = 3.0
 """Standard deviations at which a Gaussian ends."""
 
 NARROWEST = 1e-12
-"""Relative width of what is spread over a table; what is narrower lies in its first cells."""
+"""Width of what is spread over a table, as a share of the greatest value; what is narrower lies in its first cells."""
+LEAST = 1e-30
+"""The same, in values and magnitudes: one over it is a number in single precision."""
 
 _FLOOR = math.exp(-0.5 * ENDS**2)
 
@@ -200,8 +202,8 @@ class TransferFunction2D(Value):
             return 0.0, 0.0, 0.0, 0.0
         (low, high), (least, greatest) = self.domain
         first = 1.0 if least > 0.0 else 0.0
-        across = (columns - 3) / max(high - low, NARROWEST * max(1.0, abs(low)))
-        along = (rows - 2 - first) / max(greatest - least, NARROWEST * max(1.0, greatest))
+        across = (columns - 3) / max(high - low, NARROWEST * max(abs(low), abs(high)), LEAST)
+        along = (rows - 2 - first) / max(greatest - least, NARROWEST * greatest, LEAST)
         return across, (less - low) * across + 1.0, along, first - least * along
 
     def to_json(self) -> dict[str, Any]:
