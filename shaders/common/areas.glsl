@@ -22,12 +22,14 @@ Area area_of(int i) {
         fetch1(areas, 4 * i), fetch1(areas, 4 * i + 1), fetch1(areas, 4 * i + 2), edges, edges.z < 0.0);
 }
 
+#if SLOPES
 // Value and gradient magnitude of a point of the ray.
 vec2 spot_at(Ray ray, float t) {
     float value = value_at(ray, t, true);
     float magnitude = magnitude_of(slope_at(ray, t));
     return vec2(is_missing(value) || is_lost(magnitude) ? uintBitsToFloat(0x7fc00000u) : value, magnitude);
 }
+#endif
 
 // Where a point is in a trapezoid: how far from its left and from its right side, and up from 0 at the bottom to 1 at the
 // top. All three are linear in the point.

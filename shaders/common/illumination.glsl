@@ -17,7 +17,15 @@ field3v gradient;
 uniform Light light;
 uniform Material material;
 #endif
-#if LIT || defined(BY_GRADIENT)
+// Whether slopes are asked for: for light, or for what is seen.
+#if LIT
+#define SLOPES 1
+#elif defined(BY_GRADIENT)
+#define SLOPES BY_GRADIENT
+#else
+#define SLOPES 0
+#endif
+#if SLOPES
 #if GRADIENT == 2
 uniform float vanishing;            // per index unit: no component is greater where only rounding is left of a slope
 uniform float middle;               // the value beside which there is half of what values are more
@@ -37,17 +45,6 @@ vec3 slope_at(Ray ray, float t) {
     return transform(to_eye, gradient_central(volume, point_at(ray, t)));
 #endif
 }
-#endif
-
-// Value at a point of the ray; where its slope is asked for too, as where it is `lit`, from the same read as that.
-float value_at(Ray ray, float t, bool lit) {
-#if LIT || defined(BY_GRADIENT)
-#if GRADIENT == 2
-    return lit ? 2.0 * sample3v(gradient, point_at(ray, t) + 1.0).w + middle : sample3(volume, point_at(ray, t));
-#endif
-#endif
-    return sample3(volume, point_at(ray, t));
-}
 
 // True where a gradient, and not only a value, is made of something that is not finite: that of whole numbers is, unless it
 // was brought along.
@@ -57,6 +54,17 @@ bool is_lost(float magnitude) {
 #else
     return isnan(magnitude) || isinf(magnitude);
 #endif
+}
+#endif
+
+// Value at a point of the ray; where its slope is asked for too, as where it is `lit`, from the same read as that.
+float value_at(Ray ray, float t, bool lit) {
+#if SLOPES
+#if GRADIENT == 2
+    return lit ? 2.0 * sample3v(gradient, point_at(ray, t) + 1.0).w + middle : sample3(volume, point_at(ray, t));
+#endif
+#endif
+    return sample3(volume, point_at(ray, t));
 }
 
 // Colour of a point of the ray after illumination.

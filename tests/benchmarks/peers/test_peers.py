@@ -134,6 +134,7 @@ def test_a_level_takes_pixels_away() -> None:
         assert not is_whole(Point(settings, 1.0, 0.1, 0.1))
 
 
+@pytest.mark.slow
 def test_rays_are_followed_as_they_are_cast() -> None:
     """Fog is looked at everywhere; of two seen slabs, far apart, rays leap over all between and before them."""
     dense = counts(fog((32, 32), side=32))

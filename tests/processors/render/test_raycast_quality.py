@@ -59,20 +59,20 @@ def test_a_coarser_picture_shows_the_same_view_in_the_size_that_was_asked_for(de
 
 
 @pytest.mark.parametrize("integrator", ["midpoint", "trapezoid", "preintegrated", "gauss2"])
-def test_neighbouring_rays_of_a_coarse_picture_miss_other_things(device, integrator):
+def test_neighbouring_rays_of_a_coarse_picture_miss_other_things(gl, integrator):
     """A thin shell under long steps: enlarging takes means of four cuts, and plain rays show bands instead."""
     shell = TransferFunction([(0.4, (1, 1, 1), 0.0), (0.5, (1, 1, 1), 0.05), (0.6, (1, 1, 1), 0.0)])
     volume, size = blob(), (64, 64)
     given = {"camera": FLAT.with_(height=24.0), "tf": shell, "integrator": integrator, "step": 3.0}
-    exact = render(device, volume, size=size, **given | {"integrator": "cellwise"}).color
-    coarse = render(device, volume, size=size, quality=level(4), **given)
-    small = render(device, volume, size=(32, 32), **given)
-    plain = enlarged(small, size, device).color
+    exact = render(gl, volume, size=size, **given | {"integrator": "cellwise"}).color
+    coarse = render(gl, volume, size=size, quality=level(4), **given)
+    small = render(gl, volume, size=(32, 32), **given)
+    plain = enlarged(small, size, gl).color
     error, without = (np.sqrt(np.mean((picture - exact) ** 2)) for picture in (coarse.color, plain))
     # What preintegration errs by lies within segments, wherever they begin.
     assert error < (0.95 if integrator == "preintegrated" else 0.8) * without
     # Nothing of the kind is done to what is not enlarged, and to pixels that are told from those around them.
-    again = render(device, volume, size=(32, 32), pixel_tolerance=1e-6, **given).color
+    again = render(gl, volume, size=(32, 32), pixel_tolerance=1e-6, **given).color
     assert np.abs(again - small.color).max() < 1e-5
 
 
@@ -369,11 +369,9 @@ def test_faint_bricks_hide_no_more_than_was_allowed(gl, cl, integrator, lit):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lit", [False, True], ids=["dark", "lit"])
-@pytest.mark.parametrize("name", ["gl", "cl"])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_a_ray_that_ends_early_errs_by_at_most_what_was_left(request, name, integrator, lit):
+def test_a_ray_that_ends_early_errs_by_at_most_what_was_left(cl, integrator, lit):
     """Random volumes, transfer functions and cameras. Without gloss nothing is brighter than its colour, at most 1."""
-    device = request.getfixturevalue(name)
     ended = []
 
     @settings(max_examples=6, deadline=None, database=None, derandomize=True)
@@ -396,8 +394,8 @@ def test_a_ray_that_ends_early_errs_by_at_most_what_was_left(request, name, inte
             camera = camera.with_(projection="orthographic", height=30.0)
         scene = {"integrator": integrator, "step": step, "order": 2, "tolerance": 0.01, "depth_opacity": 0.3}
         scene |= {"lit": lit, "ambient": 0.2, "diffuse": 0.8, "specular": 0.0, "light": Light()}
-        whole = render(device, volume, camera, tf, size=(16, 12), termination=1.0, **scene)
-        ends = render(device, volume, camera, tf, size=(16, 12), termination=threshold, **scene)
+        whole = render(cl, volume, camera, tf, size=(16, 12), termination=1.0, **scene)
+        ends = render(cl, volume, camera, tf, size=(16, 12), termination=threshold, **scene)
         difference = whole.color - ends.color
         assert difference.max() <= 1.0 - threshold + 2e-6
         assert difference.min() >= -2e-6  # what is behind adds light and takes none

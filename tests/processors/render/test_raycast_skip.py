@@ -79,7 +79,7 @@ def random_scene(rng, mode, lit, interval, dtype):
         "iso_value": low + span * float(rng.uniform(0.1, 0.9)),
         "hit_extinction": float(10.0 ** rng.uniform(-3, 0)) / unit,
         "order": 2,
-        "tolerance": 1e-3,
+        "tolerance": 1e-2,
     }
     if params["mode"] == "composite":
         params["integrator"] = mode
