@@ -31,13 +31,13 @@ def picture(device: Any, volume: Volume, function: TransferFunction2D, camera: C
 
 
 def sideways(
-    device: Any, *, unit: float = 1.0, rise: float = 1.0, start: float = 0.0, opacity: float = 0.2, dtype: Any = "f4",
+    device: Any, *, unit: float = 1.0, rise: float = 1.0, start: float = 0.0, opacity: float = 0.2,
     away: float = 0.0, **params: Any,
 ) -> float:  # fmt: skip
     """8 voxels of ``unit`` mm each, whose values rise by ``rise`` from ``start``; ``away`` mm off the origin."""
     placed = np.array(centred((N, N, N), (unit, unit, unit)))
     placed[:3, 3] += away
-    volume = Volume(np.broadcast_to(np.arange(N), (N, N, N)).astype(dtype), placed, Mapping(rise, start))
+    volume = Volume(np.broadcast_to(np.arange(N), (N, N, N)).astype("f4"), placed, Mapping(rise, start))
     magnitude = abs(rise) / unit
     ends = sorted((start - abs(rise), start + N * rise)) if rise > 0 else sorted((start + N * rise, start - rise))
     area = Trapezoid.rectangle((ends[0], ends[1]), (0.5 * magnitude, 1.5 * magnitude), COLOR, opacity, 0.1)
@@ -59,7 +59,7 @@ put("8 nm wide, 1e+06 per mm", 1e-5, 1e-9, unit=1e-6)
 put("8 m wide, 0.001 per mm", 1e-5, 1e-9, unit=1e3)
 put("rises by 1e+20 from voxel to voxel", 1e-5, 1e-9, rise=1e20)
 put("rises by 1e-20 from voxel to voxel", 1e-5, 1e-9, rise=1e-20)
-put("falls, and values begin at 1e9", 1e-5, 1e-9, rise=-3.0, start=1e9, dtype="i2")
+put("falls, and values begin at 1e9", 1e-5, 1e-9, rise=-3.0, start=1e9)
 put("1e+06 mm away", 1e-5, 1e-9, away=1e6)
 
 
@@ -90,7 +90,7 @@ def narrow_bell(device: Any, **params: Any) -> float:
 
 @case(
     TOPIC, "no gradient, under light", "an area that reaches down to 0 is seen; ambient and diffuse light, no normal",
-    single=1e-5, double=1e-9, integrators=None,
+    single=1e-5, double=1e-9, integrators=("midpoint", *BY_AREAS),
 )  # fmt: skip
 def flat_and_lit(device: Any, **params: Any) -> float:
     volume = Volume(np.full((N, N, N), 0.5, np.float32))

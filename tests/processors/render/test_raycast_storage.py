@@ -120,14 +120,16 @@ def test_constants_and_bytes_have_nothing_to_lose(gl):
 
 
 @pytest.mark.parametrize("lit", [False, True])
-def test_light_and_two_dimensions_read_the_same_voxels(device, lit):
+@pytest.mark.parametrize("name", ["gl", "cl64"])
+def test_light_and_two_dimensions_read_the_same_voxels(request, name, lit):
     """Wherever a slope is taken, of the smooth field it is nearly what it was; and nothing is left of the old one."""
+    device = request.getfixturevalue(name)
     at = (np.arange(24) - 11.5) * 2.0
     z, y, x = np.meshgrid(at, at, at, indexing="ij")
     volume = Volume(np.exp(-(x * x + y * y + z * z) / 200.0), centred((24, 24, 24), (2.0, 2.0, 2.0)))
     tf = TransferFunction([(0.2, (0.9, 0.5, 0.2), 0.0), (1.0, (0.9, 0.5, 0.2), 0.4)])
     boundary = TransferFunction2D([Trapezoid.rectangle((0.2, 1.1), (0.0, 1.0), (0.9, 0.5, 0.2), 0.3, 0.5)])
-    for id, function in (("render.raycast", tf), ("render.raycast_2d", boundary)):
+    for id, function in [("render.raycast", tf)] * lit + [("render.raycast_2d", boundary)]:
         for gradients in ("on_the_fly", "precomputed"):
             scene = {"volume": volume, "camera": CAMERA, "transfer_function": function, "lit": lit, "step": 1.0}
             scene |= {"gradients": gradients}
