@@ -294,12 +294,13 @@ class Casting:
     def refuse_unfinished(self, result: Any, integrator: str) -> None:
         """Raise DeviceError where a kernel whose turns of loops are not known beforehand says that a loop was ended.
 
-        It returns NaN for such a ray.
+        It returns NaN for such a ray. ``integrator``: "adaptive", which goes by segments, or "cellwise".
         """
         if "turns" in self.device.limits and np.isnan(result.color.array).any():
             raise DeviceError(
                 f"{integrator}: this driver ends loops after {self.device.limits['turns']} turns, too early for some "
-                "rays; use a greater step or tolerance, another integrator, or --device cl"
+                f"rays; use a {'greater step or tolerance' if integrator == 'adaptive' else 'lower order'}, another "
+                "integrator, or --device cl"
             )
 
     def picture(self, result: Any, whole: tuple[int, int]) -> Image:
