@@ -299,7 +299,7 @@ class Casting:
         if "turns" in self.device.limits and np.isnan(result.color.array).any():
             raise DeviceError(
                 f"{integrator}: this driver ends loops after {self.device.limits['turns']} turns, too early for some "
-                f"rays; use a {'greater step or tolerance' if integrator == 'adaptive' else 'lower order'}, another "
+                f"rays; use {'a greater step or tolerance' if integrator == 'adaptive' else 'another order'}, another "
                 "integrator, or --device cl"
             )
 

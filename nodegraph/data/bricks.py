@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from nodegraph.data.buffer import Array
 from nodegraph.data.transfer_function import TransferFunction
+from nodegraph.data.transfer_function_2d import TransferFunction2D
 from nodegraph.data.volume import Volume
 from nodegraph.errors import PortError
 
@@ -141,6 +142,28 @@ def visible_by_keys(ranges: Array, function: TransferFunction, threshold: float 
     first = np.searchsorted(places, ranges[..., 0], side="left")
     end = np.searchsorted(places, ranges[..., 1], side="right") + 1
     found: Flags = (ranges[..., 0] <= ranges[..., 1]) & (counts[np.maximum(end, first)] > counts[first])
+    return found
+
+
+def visible_by_areas(ranges: Array, function: TransferFunction2D, threshold: float = 0.0) -> Flags:
+    """True for the bricks (bz, by, bx) in which a value may have an extinction above ``threshold`` per mm.
+
+    By the areas themselves and not by a table, at whichever magnitude: ``ranges`` say nothing of
+    gradients.
+    """
+    ends = np.array([area.bounds[0] for area in function.areas]).reshape(-1, 2)
+    extinction = np.array([function.extinction(area.opacity) for area in function.areas])
+    # Place 2 i + 1 is end i itself, where areas touch that end and begin there; place 2 i + 2 what lies behind it.
+    places = np.unique(ends)
+    sums = np.zeros(2 * len(places) + 1)
+    for (low, high), most in zip(np.searchsorted(places, ends), extinction, strict=True):
+        sums[2 * low + 1 : 2 * high + 2] += most
+    counts = np.concatenate([[0], np.cumsum(sums > threshold)])
+    first, last = (
+        np.searchsorted(places, ranges[..., end], "left") + np.searchsorted(places, ranges[..., end], "right")
+        for end in (0, 1)
+    )
+    found: Flags = (ranges[..., 0] <= ranges[..., 1]) & (counts[np.maximum(last, first) + 1] > counts[first])
     return found
 
 

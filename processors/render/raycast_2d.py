@@ -4,7 +4,7 @@ from nodegraph import Bool, Camera, Choice, Float, Input, Int, Light, Output, Pr
 from nodegraph.compute import blockwise
 from nodegraph.compute.casting import ENLARGE, SKIP_OPACITY, VALUE_ERROR, Casting, gauss_points, table, within
 from nodegraph.data import Image, Volume, bricks
-from nodegraph.data.areas import areas, visible_by_areas
+from nodegraph.data.areas import areas
 from nodegraph.data.bricks import value_ranges
 from nodegraph.data.gradients import visible_samples
 from nodegraph.ports import channels, has_components
@@ -205,6 +205,6 @@ def visible_groups(ranges, function, rows, least):
     By a table of ``rows`` rows and columns, or by the areas themselves where it is None. None where nearly all have.
     """
     if rows is None:
-        return bricks.unless_most(visible_by_areas(ranges.data, function, least))
+        return bricks.unless_most(bricks.visible_by_areas(ranges.data, function, least))
     greatest, lookup = function.greatest(rows, rows), function.lookup(rows, rows)[:2]
     return bricks.unless_most(bricks.visible_bricks(ranges.data, greatest, lookup, least))

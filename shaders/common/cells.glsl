@@ -2,12 +2,10 @@
 // the sum: `length` mm from `start`.
 
 Result pixel(ivec2 at) {
-    Ray ray = cast_ray(camera, picture_pixel(at));
-    Result result = carried_result(at);
-    if (result.color.w >= ENOUGH) {
-        return result;
-    }
-    vec2 range = visible_range(ray, at);
+    Begun begun = begin(at);
+    Ray ray = begun.ray;
+    Result result = begun.result;
+    vec2 range = begun.range;
     if (!(range.y > range.x)) {
         return result;
     }

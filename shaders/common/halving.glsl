@@ -4,6 +4,7 @@
 #include "common/means.glsl"
 #include "common/bricks.glsl"
 #include "common/emission.glsl"
+#include "common/halves.glsl"
 
 uniform float tolerance;            // of the colour and opacity of the whole ray
 
@@ -11,12 +12,10 @@ const float FINEST = 256.0;         // parts of a segment
 const float FINEST_AT_JUMP = 4096.0;
 
 Result pixel(ivec2 at) {
-    Ray ray = cast_ray(camera, picture_pixel(at));
-    Result result = carried_result(at);
-    if (result.color.w >= ENOUGH) {
-        return result;
-    }
-    vec2 range = visible_range(ray, at);
+    Begun begun = begin(at);
+    Ray ray = begun.ray;
+    Result result = begun.result;
+    vec2 range = begun.range;
     if (!(range.y > range.x)) {
         return result;
     }
@@ -40,18 +39,16 @@ Result pixel(ivec2 at) {
 #else
         float stop = end;
 #endif
-        // Part `index` of `parts` equal ones of segment k.
-        float index = 0.0;
-        float parts = 1.0;
+        Portion portion = Portion(0.0, 1.0);    // of segment k
         float a = max(k * step_length, range.x);
         Place front = place_at(ray, a);
         while (k < stop && hidden < ENOUGH) {
             float from = max(k * step_length, range.x);
             float length = min((k + 1.0) * step_length, range.y) - from;
-            float part = length / parts;
-            a = from + index * part;
+            float part = length / portion.parts;
+            a = from + portion.index * part;
             Place middle = place_at(ray, a + 0.5 * part);
-            Place back = place_at(ray, index + 1.0 < parts ? a + part : min((k + 1.0) * step_length, range.y));
+            Place back = place_at(ray, portion.index + 1.0 < portion.parts ? a + part : min((k + 1.0) * step_length, range.y));
             Means means = means_of(front, middle, back);
             float d0 = means.near.w * 0.5 * part;
             float d1 = means.far.w * 0.5 * part;
@@ -66,10 +63,9 @@ Result pixel(ivec2 at) {
             float worst = max(max(abs(error.x), abs(error.y)), max(abs(error.z), abs(share + second - coarse)));
             // A ray that grazes a jump may pass it between the points that are looked at: such places are few.
             float missed = means.missed * part;
-            if ((parts < FINEST && rest * worst > per_mm * part) ||
-                (parts < FINEST_AT_JUMP && rest * missed > 0.25 * tolerance)) {
-                parts *= 2.0;
-                index *= 2.0;
+            if ((portion.parts < FINEST && rest * worst > per_mm * part) ||
+                (portion.parts < FINEST_AT_JUMP && rest * missed > 0.25 * tolerance)) {
+                portion = halved(portion);
             } else {
                 color += rest * (share * near + second * far);
                 float after = hidden + rest * (share + second);
@@ -81,13 +77,9 @@ Result pixel(ivec2 at) {
                 }
                 hidden = after;
                 front = back;
-                index += 1.0;
-                while (parts > 1.0 && mod(index, 2.0) == 0.0) {
-                    index *= 0.5;
-                    parts *= 0.5;
-                }
-                if (index >= parts) {
-                    index = 0.0;
+                portion = after(portion);
+                if (portion.index >= portion.parts) {
+                    portion = Portion(0.0, 1.0);
                     k += 1.0;
                 }
             }

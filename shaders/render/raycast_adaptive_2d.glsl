@@ -42,11 +42,11 @@ Means means_of(Place front, Place middle, Place back) {
         near += a * matter;
         far += b * matter;
         whole += (both ? share_of(area, front.at, back.at) : 0.0) * matter;
-        float most = known_of(area, low, high).most;
         if (!all) {
-            most = max(weight_at(area, front), max(weight_at(area, middle), weight_at(area, back)));
+            missed += max(weight_at(area, front), max(weight_at(area, middle), weight_at(area, back))) * area.matter.w;
+        } else if (!(a > 0.0 || b > 0.0)) {
+            missed += known_of(area, low, high).most * area.matter.w;
         }
-        missed += all && (a > 0.0 || b > 0.0) ? 0.0 : most * area.matter.w;
     }
     return Means(matter_of(near), matter_of(far), matter_of(whole), missed);
 }

@@ -6,6 +6,7 @@
 #include "common/bricks.glsl"
 #include "common/cubic.glsl"
 #include "common/gauss.glsl"
+#include "common/halves.glsl"
 #include "common/pieces.glsl"
 
 field1 keys;                        // linear RGB and extinction per mm of each key
@@ -53,13 +54,12 @@ Piece integrate(Ray ray, Cubic f, Band band, float s0, float s1, float start, fl
 // What one smooth piece adds.
 Sum add_piece(Sum sum, Ray ray, Cubic f, Band band, float s0, float s1, float start, float length) {
     Sum result = sum;
-    // Where the gradient nearly vanishes its direction swings, and light with it: part `index` of `parts` is halved until
-    // halves and whole agree.
-    float parts = 1.0;
-    float index = 0.0;
-    while (index < parts) {
-        float a = mix(s0, s1, index / parts);
-        float b = mix(s0, s1, (index + 1.0) / parts);
+    // Where the gradient nearly vanishes its direction swings, and light with it: portions are halved until halves and
+    // whole agree.
+    Portion portion = Portion(0.0, 1.0);
+    while (portion.index < portion.parts) {
+        float a = mix(s0, s1, portion.index / portion.parts);
+        float b = mix(s0, s1, (portion.index + 1.0) / portion.parts);
         Piece whole = integrate(ray, f, band, a, b, start, length);
         Sum next = add(result, whole);
         bool fine = true;
@@ -69,7 +69,7 @@ Sum add_piece(Sum sum, Ray ray, Cubic f, Band band, float s0, float s1, float st
         halves = add(halves, integrate(ray, f, band, middle, b, start, length));
         vec3 error = abs(next.color - halves.color);
         next = halves;
-        fine = max(error.x, max(error.y, error.z)) < AGREED || parts >= MOST_PARTS;
+        fine = max(error.x, max(error.y, error.z)) < AGREED || portion.parts >= MOST_PARTS;
 #endif
         if (fine) {
             if (result.depth == NEVER && next.hidden >= depth_opacity && whole.depth > 0.0) {
@@ -79,15 +79,8 @@ Sum add_piece(Sum sum, Ray ray, Cubic f, Band band, float s0, float s1, float st
                 next.depth = start + (mix(a, b, reach) + 0.5) * length;
             }
             result = next;
-            index += 1.0;
-            while (parts > 1.0 && mod(index, 2.0) == 0.0) {
-                index *= 0.5;
-                parts *= 0.5;
-            }
-        } else {
-            parts *= 2.0;
-            index *= 2.0;
         }
+        portion = fine ? after(portion) : halved(portion);
     }
     return result;
 }

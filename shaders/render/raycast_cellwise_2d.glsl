@@ -7,6 +7,7 @@
 #include "common/bricks.glsl"
 #include "common/cubic.glsl"
 #include "common/gauss.glsl"
+#include "common/halves.glsl"
 #include "common/pieces.glsl"
 
 const float MOST_TURNS = 4096.0;    // in one cell, before a part is not halved as often any more: where the ray runs along an edge
@@ -172,19 +173,19 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
     Part around = part_of(cell, -0.5, 0.5, Part(0.0, 0.0, true, 0, size1(areas) / 4));
     // Up to there single and double precision tell places in a cell apart.
     float finest = 1.0 + 1.0e-12 > 1.0 ? 17592186044416.0 : 2097152.0;
-    // Part `index` of `parts` equal ones of the cell; it lies in one of `smooth_parts` that is smooth.
-    float parts = 1.0;
-    float index = 0.0;
+    // What is looked at of the cell; it lies in one of `smooth_parts` that is smooth.
+    Portion portion = Portion(0.0, 1.0);
     float smooth_parts = 1.0;
     float turns = 0.0;
-    while (index < parts && result.hidden < ENOUGH && around.most > 0.0) {
-        float a = index / parts - 0.5;
-        float b = (index + 1.0) / parts - 0.5;
+    while (portion.index < portion.parts && result.hidden < ENOUGH && around.most > 0.0) {
+        float a = portion.index / portion.parts - 0.5;
+        float b = (portion.index + 1.0) / portion.parts - 0.5;
         Part part = part_of(cell, a, b, around);
-        float most = (1.0 - result.hidden) * length / parts;    // mm, less what is hidden
-        bool settled = parts >= (turns < MOST_TURNS ? finest : NARROWEST) || ((part.even || part.differs * most < AGREED) &&
-            (!turns_in(cell, a, b) || part.most * most < AGREED));
-        smooth_parts = settled ? min(smooth_parts, parts) : 2.0 * parts;
+        float most = (1.0 - result.hidden) * length / portion.parts;    // mm, less what is hidden
+        bool known = (part.even || part.differs * most < AGREED) &&
+            (!turns_in(cell, a, b) || part.most * most < AGREED);
+        bool settled = known || portion.parts >= (turns < MOST_TURNS ? finest : NARROWEST);
+        smooth_parts = settled ? min(smooth_parts, portion.parts) : 2.0 * portion.parts;
         turns += 1.0;
         if (settled && part.most > 0.0) {
             Piece whole = integrate(ray, cell, a, b, part);
@@ -195,7 +196,7 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
             vec3 error = abs(coarse.color - halves.color);
             float worst = max(abs(coarse.hidden - halves.hidden), max(error.x, max(error.y, error.z)));
             bool passed = result.depth == NEVER && halves.hidden >= depth_opacity && whole.depth > 0.0;
-            settled = (worst < AGREED && !passed) || parts >= MOST_PARTS * smooth_parts || parts >= finest;
+            settled = (worst < AGREED && !passed) || portion.parts >= MOST_PARTS * smooth_parts || portion.parts >= finest;
             if (settled) {
                 if (passed) {
                     float front = extinction_in(cell, a, part);
@@ -205,18 +206,9 @@ Sum add_cell(Sum sum, Ray ray, float start, float length) {
                 result = halves;
             }
         }
-        if (settled) {
-            index += 1.0;
-            while (parts > 1.0 && mod(index, 2.0) == 0.0) {
-                index *= 0.5;
-                parts *= 0.5;
-            }
-        } else {
-            parts *= 2.0;
-            index *= 2.0;
-        }
+        portion = settled ? after(portion) : halved(portion);
     }
-    if (index < parts && result.hidden < ENOUGH && around.most > 0.0) {
+    if (portion.index < portion.parts && result.hidden < ENOUGH && around.most > 0.0) {
         result.hidden = uintBitsToFloat(0x7fc00000u);   // the driver ended the loop
     }
     return result;

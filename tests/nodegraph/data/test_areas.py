@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from nodegraph.data import Gaussian, TransferFunction2D, Trapezoid
-from nodegraph.data.areas import areas, visible_by_areas
-from nodegraph.data.bricks import Flags
+from nodegraph.data.areas import areas
+from nodegraph.data.bricks import Flags, visible_by_areas
 
 RED = (0.9, 0.1, 0.2)
 FUNCTION = TransferFunction2D(
